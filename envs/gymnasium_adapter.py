@@ -1,0 +1,196 @@
+"""The Gymnasium face of a world: robot 0 learns, the others follow a policy, through a filter or not.
+
+Letters: N robots, k neighbours. SI units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from envs.fleet import Fleet
+from envs.navigation import Navigation, Outcome
+from envs.observation import observation_size, observe
+from envs.recording import Recorder
+from envs.reward import (
+    RewardWeights,
+    dynamic_collision,
+    moving_forward,
+    passing_time,
+    reaching_goal,
+)
+from envs.rules import Rules
+from envs.scenarios import Scenario
+from envs.world import World
+from safefilter.arrays import FloatArray, frozen
+from safefilter.safety_filter import SafetyFilter
+from safefilter.scene import Scene
+
+Observation: TypeAlias = npt.NDArray[np.float32]
+Act: TypeAlias = Callable[[World, np.random.Generator], FloatArray]
+"""What other robots do: from the world and a source of chance to velocities of all, shape (W, N, 2), in m/s."""
+
+LEARNER = 0
+
+
+class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
+    """One robot among others.
+
+    Action: velocity in world axes, shape (2,), in m/s, each part within [-v_max, v_max]; faster than v_max along the
+    diagonal is executed at v_max. Observation: see `envs.observation`, shape (7 + 8 k,), in [-1, 1]. Reward: see
+    `envs.reward`. An episode terminates when the learner arrives or collides, and is truncated at the time limit.
+
+    ``info`` holds ``clearance`` (least free distance to any other robot during the step, in m), ``arrived`` and
+    ``collided``.
+
+    Attributes:
+        navigation: The world, with the learner as robot 0.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 5}  # noqa: RUF012  # as Gymnasium types it
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        fleet: Fleet | None = None,
+        rules: Rules | None = None,
+        others: Act = lambda world, _: world.preferred_velocity(),
+        others_filter: SafetyFilter | None = None,
+        num_neighbours: int = 5,
+        weights: RewardWeights | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        """Build the world.
+
+        Args:
+            scenario: Places the robots.
+            fleet: What the robots are. Others count as cooperative only if they have a filter; the learner does
+                unless the fleet says otherwise, as it is meant to be wrapped in one.
+            rules: Rules of the episode.
+            others: What the other robots do; by default they go straight to their goals.
+            others_filter: Filter of the other cooperative robots; None executes their actions as they are.
+            num_neighbours: Number of neighbours k in the observation.
+            weights: Weights of the reward.
+            render_mode: ``"rgb_array"`` or None.
+        """
+        fleet = Fleet.of(scenario.num_robots) if fleet is None else fleet
+        if others_filter is None:
+            fleet = _only_learner_cooperates(fleet)
+        self.navigation = Navigation(scenario, fleet, rules)
+        self.render_mode = render_mode
+        self._others = others
+        self._others_filter = others_filter
+        self._num_neighbours = num_neighbours
+        self._weights = RewardWeights() if weights is None else weights
+        v_max = np.float32(fleet.v_max[LEARNER])
+        self.action_space = gymnasium.spaces.Box(-v_max, v_max, (2,), np.float32)
+        self.observation_space = gymnasium.spaces.Box(
+            -1.0, 1.0, (observation_size(num_neighbours),), np.float32
+        )
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode; the same seed starts the same one.
+
+        Args:
+            seed: Seed; None goes on with the generator.
+            options: Not used.
+        """
+        super().reset(seed=seed, options=options)
+        self.navigation.reset(int(self.np_random.integers(2**31)))
+        self._recorder = Recorder(self.navigation.world, 0, self.navigation.rules.dt)
+        nothing = np.zeros(1, dtype=np.bool_)
+        return self._observation(), _info(np.inf, nothing[0], nothing[0])
+
+    def step(
+        self, action: npt.NDArray[np.float32]
+    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Move the learner by ``action`` and the others by their policy, at the same time.
+
+        Args:
+            action: Velocity of the learner, shape (2,), in m/s.
+
+        Returns:
+            Observation, reward, terminated, truncated, info.
+        """
+        world = self.navigation.world
+        before = world.position[0, LEARNER].copy()
+        actions = self._actions_of_others()
+        actions[0, LEARNER] = action
+        outcome = self.navigation.step(actions)
+        if self.render_mode is not None:
+            self._recorder.record()
+        arrived, collided = outcome.arrived[0, LEARNER], outcome.collided[0, LEARNER]
+        reward = self._reward(before, outcome)
+        info = _info(outcome.clearance[0, LEARNER], arrived, collided)
+        return (
+            self._observation(),
+            reward,
+            bool(arrived or collided),
+            bool(outcome.timed_out[0]),
+            info,
+        )
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Picture of the present moment, shape (height, width, 3), or None without a render mode."""
+        if self.render_mode is None:
+            return None
+        # Pillow is needed by those who look only.
+        from envs.rendering import Canvas, draw_moment  # noqa: PLC0415
+
+        recording = self._recorder.recording()
+        canvas = Canvas(size=480, half_extent=self.navigation.scenario.half_extent)
+        return np.asarray(draw_moment(recording, recording.num_moments - 1, canvas))
+
+    def scene(self) -> Scene:
+        """What robots know of each other now, with the learner as robot 0; serves the filter."""
+        return self.navigation.scene()
+
+    def _actions_of_others(self) -> FloatArray:
+        navigation = self.navigation
+        world = navigation.world
+        wanted = navigation.wanted(self._others(world, self.np_random))
+        if self._others_filter is None:
+            return wanted
+        index = np.flatnonzero(world.cooperative[0])
+        index = index[index != LEARNER]
+        if len(index):
+            scene = navigation.scene()
+            wanted[0, index] = self._others_filter.decide(scene, wanted[0, index], index).action
+        return wanted
+
+    def _observation(self) -> Observation:
+        observation: Observation = observe(
+            self.navigation.world, self._num_neighbours, self.navigation.rules.sensing_range
+        )[0, LEARNER]
+        return observation
+
+    def _reward(self, before: FloatArray, outcome: Outcome) -> float:
+        world, weights = self.navigation.world, self._weights
+        after, goal = world.position[0, LEARNER], world.goal[0, LEARNER]
+        terms = (
+            moving_forward(before, after, goal, weights.forward),
+            dynamic_collision(outcome.collided[0, LEARNER], weights.collision),
+            reaching_goal(outcome.arrived[0, LEARNER], weights.goal),
+            passing_time(np.ones((), dtype=np.bool_), weights.time),
+        )
+        return float(sum(terms))
+
+
+def _only_learner_cooperates(fleet: Fleet) -> Fleet:
+    flags = np.zeros_like(fleet.cooperative)
+    flags[LEARNER] = fleet.cooperative[LEARNER]
+    return replace(fleet, cooperative=frozen(flags))
+
+
+def _info(
+    clearance: np.floating[Any] | float, arrived: np.bool_, collided: np.bool_
+) -> dict[str, Any]:
+    return {"clearance": float(clearance), "arrived": bool(arrived), "collided": bool(collided)}

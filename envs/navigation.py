@@ -1,0 +1,254 @@
+"""Navigation: the vectorised environment; wires scenario, dynamics, collisions and rules, and has no formulas.
+
+Letters: W worlds, N robots a world. SI units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from envs.collision import CONTACT_TOLERANCE, Contacts, find_contacts
+from envs.dynamics import executable_velocity
+from envs.fleet import Fleet
+from envs.rules import AfterArrival, Rules
+from envs.scenarios import Scenario
+from envs.world import World
+from safefilter.arrays import BoolArray, FloatArray, finite_array
+from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.scene import Scene
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """What one step did.
+
+    Attributes:
+        clearance: Least free distance of each robot to any other during the step, shape (W, N), in m.
+        collided: Shape (W, N): collided in this step.
+        arrived: Shape (W, N): arrived in this step.
+        num_contacts: Number of pairs that touched in this step, shape (W,).
+        over: Shape (W,): nobody is under way any more.
+        timed_out: Shape (W,): the time limit is reached.
+    """
+
+    clearance: FloatArray
+    collided: BoolArray
+    arrived: BoolArray
+    num_contacts: npt.NDArray[np.int64]
+    over: BoolArray
+    timed_out: BoolArray
+
+
+class Navigation:
+    """Many worlds of robots that go from starts to goals, stepped together.
+
+    Attributes:
+        scenario: Where robots start and want to go.
+        fleet: What they are.
+        rules: What a step is, and what becomes of robots that arrive.
+        world: The state; read it, but let only this class write to it.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        fleet: Fleet | None = None,
+        rules: Rules | None = None,
+        *,
+        num_worlds: int = 1,
+    ) -> None:
+        """Lay out the arrays; nobody is placed before `reset`.
+
+        Args:
+            scenario: Places the robots.
+            fleet: What the robots are; by default all are Turtlebots of priority 1.
+            rules: Rules of the episode.
+            num_worlds: Number of worlds W.
+
+        Raises:
+            OutOfRange: If there is no world.
+            InvalidInput: If scenario and fleet differ in the number of robots.
+        """
+        if num_worlds < 1:
+            raise OutOfRange(f"num_worlds: expected 1 or more, got {num_worlds}")
+        self.scenario = scenario
+        self.fleet = Fleet.of(scenario.num_robots) if fleet is None else fleet
+        self.rules = Rules() if rules is None else rules
+        if self.fleet.num_robots != scenario.num_robots:
+            raise InvalidInput(
+                f"fleet: the scenario places {scenario.num_robots} robots, "
+                f"the fleet has {self.fleet.num_robots}"
+            )
+        self.world = World.empty(num_worlds, self.fleet)
+        self._generators = [np.random.default_rng() for _ in range(num_worlds)]
+
+    def reset(self, seed: int | None = None, *, worlds: npt.ArrayLike = True) -> None:
+        """Place the robots anew.
+
+        World w draws from a generator seeded by (seed, w): what happens in it does not depend on how many others
+        there are.
+
+        Args:
+            seed: Seed of all chosen worlds; None goes on with their generators.
+            worlds: Which worlds: True for all, or bools of shape (W,).
+
+        Raises:
+            InvalidInput: If the scenario places two robots into each other.
+        """
+        for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))):
+            if seed is not None:
+                self._generators[w] = np.random.default_rng([seed, int(w)])
+            self._place(int(w))
+        self._require_apart()
+
+    def step(self, actions: npt.ArrayLike) -> Outcome:
+        """Move all robots for one step.
+
+        Robots that have collided stand still whatever they are told, and so do parked ones. Actions faster than
+        the robot are executed at full speed in the same direction.
+
+        Args:
+            actions: Velocities, shape (W, N, 2), in m/s.
+
+        Raises:
+            ShapeError: If the shape is another.
+            NotFinite: If an action is NaN or infinite.
+        """
+        world, dt = self.world, self.rules.dt
+        commands = finite_array(actions, "actions", world.position.shape)
+        velocity = executable_velocity(commands, world.v_max)
+        velocity[~self._can_move()] = 0.0
+        displacement = velocity * dt
+        contacts = find_contacts(
+            world.position, displacement, world.radius, world.present, world.collided
+        )
+        world.position[...] += contacts.fraction[..., np.newaxis] * displacement
+        world.velocity[...] = velocity
+        world.step_count[...] += 1
+        collided = self._stop_collided(contacts)
+        arrived = self._mark_arrivals()
+        return Outcome(
+            clearance=contacts.clearance,
+            collided=collided,
+            arrived=arrived,
+            num_contacts=contacts.num_pairs,
+            over=np.logical_not(world.active.any(axis=1)),
+            timed_out=world.step_count >= self.rules.max_steps,
+        )
+
+    def wanted(self, actions: FloatArray) -> FloatArray:
+        """What policies want: their actions for robots under way, to stand still for all others.
+
+        Args:
+            actions: Shape (W, N, 2), in m/s.
+
+        Returns:
+            Shape (W, N, 2), in m/s.
+        """
+        return np.where(self.world.active[..., np.newaxis], actions, 0.0)
+
+    def scenes(self, wanted: FloatArray | None = None) -> Scene:
+        """All worlds as one scene of W N robots: row w N + i is robot i of world w.
+
+        A vanished robot keeps its row, in a world of its own where nobody meets it.
+
+        Args:
+            wanted: Wanted velocities, shape (W, N, 2), in m/s, for filters that share them.
+        """
+        world = self.world
+        numbers = np.repeat(np.arange(world.num_worlds), world.num_robots)
+        gone = np.flatnonzero(~world.present.ravel())
+        numbers[gone] = world.num_worlds + gone
+        return self._scene(slice(None), numbers, wanted)
+
+    def scene(self, world: int = 0, wanted: FloatArray | None = None) -> Scene:
+        """One world as a scene of N robots.
+
+        Args:
+            world: Number of the world.
+            wanted: Wanted velocities, shape (W, N, 2), in m/s, for filters that share them.
+        """
+        numbers = np.zeros(self.world.num_robots, dtype=np.int64)
+        gone = np.flatnonzero(~self.world.present[world])
+        numbers[gone] = 1 + gone
+        return self._scene(slice(world, world + 1), numbers, wanted)
+
+    @property
+    def time(self) -> FloatArray:
+        """Time since the reset of each world, shape (W,), in s."""
+        return self.world.step_count.astype(np.float64) * self.rules.dt
+
+    def _scene(
+        self, worlds: slice, numbers: npt.NDArray[np.int64], wanted: FloatArray | None
+    ) -> Scene:
+        world = self.world
+        return Scene.from_world(
+            position=world.position[worlds].reshape(-1, 2),
+            velocity=world.velocity[worlds].reshape(-1, 2),
+            radius=world.radius[worlds].ravel(),
+            priority=world.priority[worlds].ravel(),
+            cooperative=world.cooperative[worlds].ravel(),
+            wanted=None if wanted is None else wanted[worlds].reshape(-1, 2),
+            world=numbers,
+            reach=self.rules.sensing_range,
+        )
+
+    def _place(self, w: int) -> None:
+        world = self.world
+        placement = self.scenario.place(self._generators[w])
+        world.position[w] = placement.start
+        world.goal[w] = placement.goal
+        world.velocity[w] = 0.0
+        world.cooperative[w] = self.fleet.cooperative
+        world.present[w] = True
+        world.arrived[w] = False
+        world.collided[w] = False
+        world.arrival_time[w] = np.nan
+        world.step_count[w] = 0
+
+    def _require_apart(self) -> None:
+        world = self.world
+        clearance = find_contacts(
+            world.position,
+            np.zeros_like(world.position),
+            world.radius,
+            world.present,
+            world.collided,
+        ).clearance
+        if (clearance < -CONTACT_TOLERANCE).any():
+            w, i = np.argwhere(clearance < -CONTACT_TOLERANCE)[0]
+            raise InvalidInput(
+                f"robot {i} of world {w} starts {-clearance[w, i]:.3g} m inside another; "
+                "make the scenario larger or its jitter smaller"
+            )
+
+    def _can_move(self) -> BoolArray:
+        world = self.world
+        if self.rules.after_arrival is AfterArrival.YIELD:
+            return world.present & ~world.collided
+        return world.active
+
+    def _stop_collided(self, contacts: Contacts) -> BoolArray:
+        world = self.world
+        collided = contacts.touched & ~world.collided
+        world.collided[collided] = True
+        world.cooperative[collided] = False
+        world.velocity[collided] = 0.0
+        return collided
+
+    def _mark_arrivals(self) -> BoolArray:
+        world = self.world
+        offset = world.goal - world.position
+        near = np.hypot(offset[..., 0], offset[..., 1]) <= self.rules.goal_radius
+        arrived: BoolArray = near & world.active
+        world.arrived[arrived] = True
+        world.arrival_time[...] = np.where(arrived, self.time[:, np.newaxis], world.arrival_time)
+        if self.rules.after_arrival is not AfterArrival.YIELD:
+            world.velocity[arrived] = 0.0
+            world.cooperative[arrived] = False
+        if self.rules.after_arrival is AfterArrival.VANISH:
+            world.present[arrived] = False
+        return arrived

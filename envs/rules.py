@@ -1,0 +1,65 @@
+"""Rules: what a step is, what counts as arriving, and what becomes of robots that have.
+
+SI units.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from safefilter.arrays import positive_number
+from safefilter.errors import InvalidInput
+
+
+class AfterArrival(Enum):
+    """What becomes of a robot at its goal."""
+
+    YIELD = "yield"
+    """It stays, wants to stand still and goes on executing actions: a filter may move it out of the way. Others
+    may count on that: it keeps its ``cooperative`` flag."""
+    PARK = "park"
+    """It stands still whatever it is told, like a parked car: not cooperative from then on."""
+    VANISH = "vanish"
+    """Its body is taken out of the world."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """Rules of an episode, the same in all worlds.
+
+    Attributes:
+        dt: Duration of a step, in s.
+        goal_radius: A robot has arrived when its centre ends a step this near to its goal, q of Eq. (13), in m.
+        time_limit: An episode ends after this time, in s.
+        sensing_range: Distance of centres up to which robots see each other, in m.
+        after_arrival: What becomes of robots that have arrived.
+    """
+
+    dt: float = 0.2
+    goal_radius: float = 0.12
+    time_limit: float = 80.0
+    sensing_range: float = 3.0
+    after_arrival: AfterArrival = AfterArrival.YIELD
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            NotFinite: If a number is NaN or infinite.
+            OutOfRange: If a number is not above zero.
+            InvalidInput: If ``after_arrival`` is not one of its values.
+        """
+        for field in ("dt", "goal_radius", "time_limit", "sensing_range"):
+            positive_number(getattr(self, field), field)
+        if not isinstance(self.after_arrival, AfterArrival):
+            raise InvalidInput(
+                f"after_arrival: expected one of {list(AfterArrival)}, got {self.after_arrival!r}"
+            )
+
+    @property
+    def max_steps(self) -> int:
+        """Number of steps after which the time is over."""
+        # 80 s are 400 steps of 0.2 s, though 80 / 0.2 may come out a rounding above.
+        return math.ceil(self.time_limit / self.dt - 1e-9)

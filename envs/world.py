@@ -1,0 +1,104 @@
+"""World: the state of many robots in many worlds, as one set of arrays.
+
+Letters: W worlds, N robots a world. SI units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+
+from envs.fleet import Fleet
+from safefilter.arrays import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """State of all robots. The arrays are written in place, by `Navigation` only; `snapshot` keeps a moment.
+
+    Attributes:
+        position: Centres, shape (W, N, 2), in m.
+        velocity: Velocities of the last step, as everyone observes them, shape (W, N, 2), in m/s.
+        goal: Shape (W, N, 2), in m.
+        radius: Shape (W, N), in m.
+        v_max: Greatest speeds, shape (W, N), in m/s.
+        priority: Shape (W, N).
+        cooperative: Shape (W, N): runs a filter and can act on it.
+        present: Shape (W, N): has a body.
+        arrived: Shape (W, N): has reached its goal.
+        collided: Shape (W, N): has touched another robot, and stands still since.
+        arrival_time: Shape (W, N), in s; NaN for robots that have not arrived.
+        step_count: Steps since the reset, shape (W,).
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    goal: FloatArray
+    radius: FloatArray
+    v_max: FloatArray
+    priority: FloatArray
+    cooperative: BoolArray
+    present: BoolArray
+    arrived: BoolArray
+    collided: BoolArray
+    arrival_time: FloatArray
+    step_count: IntArray
+
+    @classmethod
+    def empty(cls, num_worlds: int, fleet: Fleet) -> Self:
+        """Arrays for ``num_worlds`` worlds with this fleet each; nobody is placed yet."""
+        shape = (num_worlds, fleet.num_robots)
+        return cls(
+            position=np.zeros((*shape, 2)),
+            velocity=np.zeros((*shape, 2)),
+            goal=np.zeros((*shape, 2)),
+            radius=np.array(np.broadcast_to(fleet.radius, shape)),
+            v_max=np.array(np.broadcast_to(fleet.v_max, shape)),
+            priority=np.array(np.broadcast_to(fleet.priority, shape)),
+            cooperative=np.array(np.broadcast_to(fleet.cooperative, shape)),
+            present=np.zeros(shape, dtype=np.bool_),
+            arrived=np.zeros(shape, dtype=np.bool_),
+            collided=np.zeros(shape, dtype=np.bool_),
+            arrival_time=np.full(shape, np.nan),
+            step_count=np.zeros(num_worlds, dtype=np.int64),
+        )
+
+    def snapshot(self) -> Self:
+        """Copy of this moment, which later steps do not change."""
+        return type(self)(*(getattr(self, field.name).copy() for field in fields(self)))
+
+    @property
+    def num_worlds(self) -> int:
+        """Number of worlds W."""
+        return len(self.position)
+
+    @property
+    def num_robots(self) -> int:
+        """Number of robots N in each world."""
+        return int(self.position.shape[1])
+
+    @property
+    def active(self) -> BoolArray:
+        """Shape (W, N): still under way."""
+        return self.present & ~self.arrived & ~self.collided
+
+    def preferred_velocity(self) -> FloatArray:
+        """Straight to the goal at full speed, v_pref of Qin et al., shape (W, N, 2), in m/s; zero at the goal."""
+        return full_speed(self.goal - self.position, self.v_max)
+
+
+def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:
+    """Velocities of the given speeds along ``direction``, zero where that has no length.
+
+    Args:
+        direction: Shape (..., 2), of any length.
+        speed: Shape (...), in m/s.
+
+    Returns:
+        Shape (..., 2), in m/s.
+    """
+    length = np.hypot(direction[..., 0], direction[..., 1])
+    factor = np.divide(speed, length, out=np.zeros_like(length), where=length > 0.0)
+    return direction * factor[..., np.newaxis]

@@ -1,0 +1,107 @@
+"""Array aliases, and the checks made once at the public edge.
+
+Letters: B decisions, N robots, M rows, d dimensions.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from safefilter.errors import NotFinite, OutOfRange, ShapeError
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+
+ArrayT = TypeVar("ArrayT", bound=npt.NDArray[np.generic])
+
+
+def frozen(array: ArrayT) -> ArrayT:
+    """Forbid writing to ``array`` and return it."""
+    array.setflags(write=False)
+    return array
+
+
+def shape_text(shape: tuple[int | str, ...]) -> str:
+    """Write a shape as people do: ``(N, 2)``."""
+    inside = ", ".join(str(size) for size in shape)
+    return f"({inside},)" if len(shape) == 1 else f"({inside})"
+
+
+def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...]) -> FloatArray:
+    """Copy ``value`` into a float64 array of the given shape, all of it finite.
+
+    Args:
+        value: Anything that numpy turns into an array.
+        field: What the value is called in messages.
+        shape: Sizes expected; a string stands for any size, and is printed.
+
+    Returns:
+        A new C-contiguous array.
+
+    Raises:
+        ShapeError: If the shape differs, or the value is not numeric.
+        NotFinite: If an entry is NaN or infinite; the message names the row.
+    """
+    try:
+        array = np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise ShapeError(f"{field}: expected numbers of shape {shape_text(shape)}: {error}") from None
+    matches = array.ndim == len(shape) and all(
+        isinstance(expected, str) or size == expected
+        for size, expected in zip(array.shape, shape, strict=True)
+    )
+    if not matches:
+        raise ShapeError(f"{field}: expected shape {shape_text(shape)}, got {array.shape}")
+    if not np.isfinite(array).all():
+        _raise_at(~np.isfinite(array), array, field, NotFinite, "a finite number")
+    return array
+
+
+def per_robot(value: npt.ArrayLike, field: str, num_robots: int) -> FloatArray:
+    """Spread a number, or one number a robot, to a finite array of shape (N,).
+
+    Raises:
+        ShapeError: If the value is neither a number nor of shape (N,).
+        NotFinite: If an entry is NaN or infinite.
+    """
+    array = np.asarray(value)
+    if array.ndim == 0:
+        array = np.broadcast_to(array, (num_robots,))
+    return finite_array(array, field, (num_robots,))
+
+
+def require_positive(array: FloatArray, field: str) -> FloatArray:
+    """Return ``array`` if all of it is above zero.
+
+    Raises:
+        OutOfRange: Otherwise; the message names the robot.
+    """
+    if not (array > 0.0).all():
+        _raise_at(~(array > 0.0), array, field, OutOfRange, "a number above 0")
+    return array
+
+
+def positive_number(value: float, field: str) -> float:
+    """Return ``value`` as a float if it is finite and above zero.
+
+    Raises:
+        NotFinite: If it is NaN or infinite.
+        OutOfRange: If it is not above zero.
+    """
+    number = float(finite_array(value, field, ()))
+    if number <= 0.0:
+        raise OutOfRange(f"{field}: expected a number above 0, got {number}")
+    return number
+
+
+def _raise_at(
+    wrong: BoolArray, array: FloatArray, field: str, error: type[ValueError], expected: str
+) -> None:
+    if array.ndim == 0:
+        raise error(f"{field}: expected {expected}, got {array}")
+    place = int(np.argwhere(wrong)[0][0])
+    raise error(f"{field} of row {place}: expected {expected}, got {array[place]}")

@@ -1,0 +1,330 @@
+"""The exact solver for two dimensions: projection on half-planes, and least violation, each with its proof.
+
+`project` is a dual active-set method (Goldfarb and Idnani) written out for the plane, where at most two rows hold a
+point. It starts at the wanted point and adds the most violated row until none is violated (then the multipliers prove
+that the point is nearest), or until the rows contradict each other (then at most three weights prove it: Farkas and
+Helly). `least_violation` raises the soft rows' common violation t to the bound that each such proof gives, until the
+rows can be met: t* and its proof come out exactly, in one to three rounds.
+
+Rows are ``n_x x + n_y y >= offset``, stored as ``rows[0] = n_x, rows[1] = n_y, rows[2] = offset``; the first
+``num_sides`` rows bound a polygon around the origin, the first ``num_hard`` are hard, the rest soft.
+
+Source: Goldfarb and Idnani, "A numerically stable dual method for solving strictly convex quadratic programs", 1983;
+programs (17) and (18) of Qin et al.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.jit import formula
+
+SOLVED = 0
+CONTRADICTION = 1
+STALLED = 2
+
+# Two rows whose normals span an angle below this are parallel: their crossing lies beyond every speed limit.
+PARALLEL_SINE = 1e-13
+# A row counts as violated beyond this part of the caller's tolerance: answers are better than what is asked for.
+VIOLATED_PART = 1e-3
+# Rounding of n @ v - offset, in units in the last place of its largest term.
+ROUNDING = 8.0 * 2.2e-16
+# A finite method on paper; rounding could make it cycle. Real scenes take under ten steps.
+MAX_STEPS = 200
+MAX_ROUNDS = 60
+
+
+class Rows(NamedTuple):
+    """Half-planes of one decision; shapes and order as in the module docstring.
+
+    Attributes:
+        array: Shape (3, capacity).
+        num_rows: Rows in use.
+        num_hard: The first rows, which are never relaxed.
+        num_sides: The very first rows: sides of a polygon around the origin.
+        inner_radius: All sides hold inside this circle.
+    """
+
+    array: FloatArray
+    num_rows: int
+    num_hard: int
+    num_sides: int
+    inner_radius: float
+
+
+@formula
+def most_violated(rows: Rows, relaxation: float, x: float, y: float) -> tuple[int, float]:
+    """Row violated most at (x, y), and by how much; soft rows are relaxed first."""
+    n_x, n_y, offset = rows.array[0], rows.array[1], rows.array[2]
+    worst, violation = -1, -math.inf
+    inside = x * x + y * y <= rows.inner_radius * rows.inner_radius
+    for k in range(rows.num_sides if inside else 0, rows.num_hard):
+        distance = offset[k] - (n_x[k] * x + n_y[k] * y)
+        if distance > violation:
+            worst, violation = k, distance
+    for k in range(rows.num_hard, rows.num_rows):
+        distance = offset[k] - relaxation - (n_x[k] * x + n_y[k] * y)
+        if distance > violation:
+            worst, violation = k, distance
+    return worst, violation
+
+
+@formula
+def relaxed_offset(rows: Rows, relaxation: float, k: int) -> float:
+    """Offset of a row; soft rows are relaxed."""
+    return rows.array[2, k] - (relaxation if k >= rows.num_hard else 0.0)
+
+
+@formula
+def hold_by_one(
+    rows: Rows, relaxation: float, a: int, wanted_x: float, wanted_y: float
+) -> tuple[float, float, float]:
+    """Point of row a's line nearest to the wanted one, and its multiplier."""
+    n_x, n_y = rows.array[0, a], rows.array[1, a]
+    multiplier = relaxed_offset(rows, relaxation, a) - (n_x * wanted_x + n_y * wanted_y)
+    return wanted_x + multiplier * n_x, wanted_y + multiplier * n_y, max(0.0, multiplier)
+
+
+@formula
+def hold_by_two(
+    rows: Rows, relaxation: float, a: int, b: int, wanted_x: float, wanted_y: float
+) -> tuple[float, float, float, float]:
+    """Crossing of the lines of rows a and b, and the two multipliers."""
+    a_x, a_y = rows.array[0, a], rows.array[1, a]
+    b_x, b_y = rows.array[0, b], rows.array[1, b]
+    offset_a = relaxed_offset(rows, relaxation, a)
+    offset_b = relaxed_offset(rows, relaxation, b)
+    det = a_x * b_y - a_y * b_x
+    x = (offset_a * b_y - offset_b * a_y) / det
+    y = (a_x * offset_b - b_x * offset_a) / det
+    move_x, move_y = x - wanted_x, y - wanted_y
+    multiplier_a = (move_x * b_y - move_y * b_x) / det
+    multiplier_b = (a_x * move_y - a_y * move_x) / det
+    return x, y, max(0.0, multiplier_a), max(0.0, multiplier_b)
+
+
+@formula
+def project(
+    rows: Rows,
+    relaxation: float,
+    wanted_x: float,
+    wanted_y: float,
+    tolerance: float,
+    active: IntArray,
+    multipliers: FloatArray,
+) -> tuple[int, float, float, int]:
+    """Nearest point to the wanted one in all rows, or the proof that there is none.
+
+    Args:
+        rows: Half-planes.
+        relaxation: Soft rows may be violated by this much.
+        wanted_x: Wanted point.
+        wanted_y: Wanted point.
+        tolerance: Accuracy in the unit of the point.
+        active: Out, shape (3,): rows that hold the point, or that contradict each other.
+        multipliers: Out, shape (3,): their multipliers, or the weights of the contradiction.
+
+    Returns:
+        (status, x, y, number of entries of ``active``).
+    """
+    x, y, count = wanted_x, wanted_y, 0
+    threshold = VIOLATED_PART * tolerance
+    for _ in range(MAX_STEPS):
+        r, violation = most_violated(rows, relaxation, x, y)
+        if r < 0:
+            return SOLVED, x, y, count
+        rounding = ROUNDING * (abs(rows.array[2, r]) + abs(x) + abs(y))
+        if violation <= threshold + rounding:
+            return SOLVED, x, y, count
+        contradiction, count = add_row(rows, r, violation, active, multipliers, count)
+        if contradiction:
+            return CONTRADICTION, x, y, count
+        if count == 1:
+            x, y, multipliers[0] = hold_by_one(rows, relaxation, active[0], wanted_x, wanted_y)
+        else:
+            x, y, multipliers[0], multipliers[1] = hold_by_two(
+                rows, relaxation, active[0], active[1], wanted_x, wanted_y
+            )
+    return STALLED, x, y, count
+
+
+@formula
+def add_row(
+    rows: Rows, r: int, violation: float, active: IntArray, multipliers: FloatArray, count: int
+) -> tuple[bool, int]:
+    """Take a violated row into the active set, dropping rows whose multiplier would turn negative.
+
+    Returns:
+        (contradiction, count). With a contradiction, ``active`` and ``multipliers`` hold its proof.
+    """
+    r_x, r_y = rows.array[0, r], rows.array[1, r]
+    own = 0.0
+    if count == 2:
+        a, b = active[0], active[1]
+        a_x, a_y, b_x, b_y = rows.array[0, a], rows.array[1, a], rows.array[0, b], rows.array[1, b]
+        det = a_x * b_y - a_y * b_x
+        share_a = (r_x * b_y - r_y * b_x) / det
+        share_b = (a_x * r_y - a_y * r_x) / det
+        if share_a <= 0.0 and share_b <= 0.0:
+            active[2] = r
+            multipliers[0], multipliers[1], multipliers[2] = -share_a, -share_b, 1.0
+            return True, 3
+        step_a = multipliers[0] / share_a if share_a > 0.0 else math.inf
+        step_b = multipliers[1] / share_b if share_b > 0.0 else math.inf
+        own = min(step_a, step_b)
+        if step_a <= step_b:
+            active[0] = b
+            multipliers[0] = multipliers[1] - own * share_b
+        else:
+            multipliers[0] -= own * share_a
+        count = 1
+    if count == 1:
+        a = active[0]
+        cosine = rows.array[0, a] * r_x + rows.array[1, a] * r_y
+        sine = rows.array[0, a] * r_y - rows.array[1, a] * r_x
+        if abs(sine) <= PARALLEL_SINE and cosine < 0.0:
+            active[1] = r
+            multipliers[0], multipliers[1] = -cosine, 1.0
+            return True, 2
+        # Row a stays unless its multiplier reaches zero before row r holds.
+        if abs(sine) > PARALLEL_SINE and multipliers[0] * sine * sine >= cosine * violation:
+            active[1] = r
+            return False, 2
+    active[0] = r
+    return False, 1
+
+
+@formula
+def proven_violation(
+    rows: Rows, relaxation: float, active: IntArray, multipliers: FloatArray, count: int
+) -> tuple[float, float]:
+    """Lower bound on t that a contradiction proves, and the weight of its soft rows (0: only hard rows clash)."""
+    total, soft = 0.0, 0.0
+    for k in range(count):
+        total += multipliers[k] * relaxed_offset(rows, relaxation, active[k])
+        if active[k] >= rows.num_hard:
+            soft += multipliers[k]
+    if soft <= 0.0:
+        return math.inf, 0.0
+    return relaxation + total / soft, soft
+
+
+@formula
+def least_violation(
+    rows: Rows,
+    wanted_x: float,
+    wanted_y: float,
+    tolerance: float,
+    active: IntArray,
+    multipliers: FloatArray,
+    count: int,
+    proof: IntArray,
+    proof_multipliers: FloatArray,
+) -> tuple[int, float, float, int, float, float, int]:
+    """Nearest point that violates soft rows least, after `project` found a contradiction at relaxation 0.
+
+    Args:
+        rows: Half-planes.
+        wanted_x: Wanted point.
+        wanted_y: Wanted point.
+        tolerance: Accuracy in the unit of the point; also delta, the slack of the second stage.
+        active: In: rows of the contradiction. Out: rows that hold the point.
+        multipliers: In: weights of the contradiction. Out: multipliers.
+        count: How many rows the contradiction has.
+        proof: Out, shape (3,): rows of the contradiction that proves t*.
+        proof_multipliers: Out: its weights, soft ones summing to one.
+
+    Returns:
+        (status, x, y, entries of ``active``, t*, relaxation used, entries of ``proof``). CONTRADICTION: hard rows
+        clash.
+    """
+    relaxation, least = 0.0, 0.0
+    proof_count = 0
+    x, y = wanted_x, wanted_y
+    for _ in range(MAX_ROUNDS):
+        bound, soft = proven_violation(rows, relaxation, active, multipliers, count)
+        if soft <= 0.0:
+            return CONTRADICTION, x, y, count, math.inf, relaxation, count
+        for k in range(count):
+            proof[k] = active[k]
+            proof_multipliers[k] = multipliers[k] / soft
+        proof_count = count
+        # Rounding must not let the bound stand still: then the slack grows, and the check afterwards tells.
+        least = max(bound, least)
+        relaxation = max(least, relaxation) + tolerance
+        status, x, y, count = project(
+            rows, relaxation, wanted_x, wanted_y, tolerance, active, multipliers
+        )
+        if status == SOLVED:
+            return SOLVED, x, y, count, least, relaxation, proof_count
+        if status == STALLED:
+            break
+    return STALLED, x, y, count, least, relaxation, proof_count
+
+
+@formula
+def is_nearest(
+    rows: Rows,
+    relaxation: float,
+    wanted_x: float,
+    wanted_y: float,
+    x: float,
+    y: float,
+    tolerance: float,
+    active: IntArray,
+    multipliers: FloatArray,
+    count: int,
+) -> bool:
+    """Do the multipliers prove that (x, y) is the nearest point? Checked from the rows, not from the way there."""
+    _, violation = most_violated(rows, relaxation, x, y)
+    scale = 1.0 + abs(wanted_x) + abs(wanted_y)
+    allowed = tolerance * scale
+    if not violation <= allowed:
+        return False
+    rest_x, rest_y = x - wanted_x, y - wanted_y
+    for k in range(count):
+        a = active[k]
+        n_x, n_y = rows.array[0, a], rows.array[1, a]
+        slack = n_x * x + n_y * y - relaxed_offset(rows, relaxation, a)
+        if not multipliers[k] >= 0.0 or not abs(slack) <= allowed:
+            return False
+        rest_x -= multipliers[k] * n_x
+        rest_y -= multipliers[k] * n_y
+    return abs(rest_x) <= allowed and abs(rest_y) <= allowed
+
+
+@formula
+def is_proof(
+    rows: Rows,
+    least: float,
+    radius: float,
+    tolerance: float,
+    proof: IntArray,
+    weights: FloatArray,
+    count: int,
+) -> bool:
+    """Does the contradiction prove t* to within the tolerance, rounding included?
+
+    Args:
+        rows: Half-planes.
+        least: t*.
+        radius: Bound on the length of every point in the hard rows: what a residual of the normals can be worth.
+        tolerance: Accuracy of t*.
+        proof: Rows of the contradiction.
+        weights: Their weights, soft ones summing to one.
+        count: How many they are.
+    """
+    rest_x, rest_y, total, soft = 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        a = proof[k]
+        if not weights[k] >= 0.0:
+            return False
+        rest_x += weights[k] * rows.array[0, a]
+        rest_y += weights[k] * rows.array[1, a]
+        total += weights[k] * rows.array[2, a]
+        if a >= rows.num_hard:
+            soft += weights[k]
+    residual = math.sqrt(rest_x * rest_x + rest_y * rest_y)
+    return abs(soft - 1.0) <= 1e-9 and total - residual * radius >= least - tolerance

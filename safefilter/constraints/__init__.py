@@ -1,0 +1,1 @@
+"""What makes rows: one file a concept."""

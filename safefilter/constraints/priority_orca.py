@@ -1,0 +1,311 @@
+"""PriorityORCA: one soft half-plane a neighbour, Eqs. (15) and (16) of Qin et al.
+
+``n @ v >= n @ (v_opt + share * change * n)``, with ``change`` along the outward normal n of the velocity obstacle.
+
+The pair is safe for the time horizon if both sides compute the same change and the two shares sum to one:
+
+* ``v_opt="current"``: both use observed velocities. Safe.
+* ``v_opt="shared"``: both know both wanted velocities (`Scene.wanted`). Safe.
+* ``v_opt="own"``: the own wanted velocity against the neighbour's observed one, the paper's text for decentralised
+  robots. The two changes differ: **not** safe for the horizon. (`Separation` keeps robots apart all the same.)
+
+Letters: B decisions, N robots. m, m/s, s.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple, get_args
+
+import numpy as np
+
+from safefilter.arrays import FloatArray, IntArray, positive_number
+from safefilter.constraints.responsibility import responsibility, room
+from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
+from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.constraints.velocity_obstacle import encounter, norm_boundary
+from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.half_spaces import HalfSpaces
+from safefilter.jit import formula, kernel
+from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, WANTED_X, WANTED_Y, X, Y, Scene
+
+VOpt = Literal["current", "shared", "own"]
+SlackRule = Literal["dual", "paper"]
+Leg = Literal["nearest", "norm"]
+NeighbourOrder = Literal["time_to_collision", "distance"]
+
+CURRENT, SHARED, OWN = range(3)
+PAPER_TIME_STEP = 0.2
+# Time to a collision that does not come, in s.
+NEVER = 1e30
+
+
+class OrcaSettings(NamedTuple):
+    """Settings of `PriorityORCA` as kernels take them."""
+
+    is_used: bool
+    source: int
+    time_horizon: float
+    overlap_horizon: float
+    v_opt: int
+    has_dual_slack: bool
+    has_norm_leg: bool
+    max_neighbours: int
+    is_by_time: bool
+
+
+NO_ORCA = OrcaSettings(
+    is_used=False,
+    source=0,
+    time_horizon=1.0,
+    overlap_horizon=1.0,
+    v_opt=CURRENT,
+    has_dual_slack=True,
+    has_norm_leg=False,
+    max_neighbours=0,
+    is_by_time=True,
+)
+
+
+@formula
+def row_offset(along: float, share: float, change: float) -> float:
+    """Offset of Eq. (15): ``n @ v_opt + share * change``, with ``along = n @ v_opt``."""
+    return along + share * change
+
+
+@formula
+def share_of_change(
+    priority: float,
+    other_priority: float,
+    is_cooperative: bool,
+    change: float,
+    has_dual_slack: bool,
+) -> float:
+    """Share of the change that a robot takes: all of it from a neighbour that does not cooperate.
+
+    Inside the velocity obstacle (change > 0) it is effort: Eq. (15)'s responsibility. Outside it is slack. Departs
+    from Eq. (15) there by default: as printed, the high-priority robot gets the smaller slack and so changes more than
+    the low-priority one. The dual rule swaps the shares on that branch; they still sum to one.
+    """
+    if not is_cooperative:
+        return 1.0
+    if has_dual_slack and change < 0.0:
+        return room(priority, other_priority)
+    return responsibility(priority, other_priority)
+
+
+@formula
+def optimisation_velocities(
+    state: FloatArray, v_opt: int, i: int, j: int, wanted_x: float, wanted_y: float
+) -> tuple[float, float, float, float]:
+    """v_opt of i and of j, as i takes them."""
+    if v_opt == SHARED:
+        return state[i, WANTED_X], state[i, WANTED_Y], state[j, WANTED_X], state[j, WANTED_Y]
+    if v_opt == OWN:
+        return wanted_x, wanted_y, state[j, V_X], state[j, V_Y]
+    return state[i, V_X], state[i, V_Y], state[j, V_X], state[j, V_Y]
+
+
+@formula
+def time_to_collision(
+    p_x: float, p_y: float, v_x: float, v_y: float, combined_radius: float
+) -> float:
+    """Time in s until discs at relative position p and relative velocity v = v_i - v_j touch; `NEVER` if they do not.
+
+    Discs that overlap give a time below zero.
+    """
+    gap_squared = p_x * p_x + p_y * p_y - combined_radius * combined_radius
+    if gap_squared <= 0.0:
+        return min(gap_squared, -1e-300)
+    closing = p_x * v_x + p_y * v_y
+    discriminant = closing * closing - (v_x * v_x + v_y * v_y) * gap_squared
+    if closing <= 0.0 or discriminant < 0.0:
+        return NEVER
+    return gap_squared / (closing + math.sqrt(discriminant))
+
+
+@formula
+def most_urgent(
+    scene: SceneArrays, settings: OrcaSettings, i: int, chosen: IntArray, keys: FloatArray
+) -> int:
+    """Write the ``max_neighbours`` most urgent neighbours of i to ``chosen``, in order; returns how many."""
+    state, count = scene.state, 0
+    for k in range(scene.neighbour_start[i], scene.neighbour_start[i + 1]):
+        j = scene.neighbours[k]
+        p_x, p_y = state[j, X] - state[i, X], state[j, Y] - state[i, Y]
+        key = p_x * p_x + p_y * p_y
+        if settings.is_by_time:
+            v_x, v_y = state[i, V_X] - state[j, V_X], state[i, V_Y] - state[j, V_Y]
+            time = time_to_collision(p_x, p_y, v_x, v_y, state[i, RADIUS] + state[j, RADIUS])
+            # No collision course comes after all that are, nearest first.
+            key = NEVER + key if time == NEVER else time
+        if count == settings.max_neighbours:
+            if count == 0 or key >= keys[count - 1]:
+                continue
+            count -= 1
+        place = count
+        while place > 0 and keys[place - 1] > key:
+            keys[place] = keys[place - 1]
+            chosen[place] = chosen[place - 1]
+            place -= 1
+        keys[place] = key
+        chosen[place] = j
+        count += 1
+    return count
+
+
+@formula
+def add_orca_rows(
+    rows: RowLabels,
+    count: int,
+    scene: SceneArrays,
+    settings: OrcaSettings,
+    i: int,
+    wanted_x: float,
+    wanted_y: float,
+    chosen: IntArray,
+    keys: FloatArray,
+) -> int:
+    """Write robot i's half-planes, Eq. (15), from ``count`` on; returns the new count.
+
+    ``chosen`` and ``keys`` are scratch, as long as the longest list of neighbours.
+    """
+    if not settings.is_used:
+        return count
+    state, start = scene.state, scene.neighbour_start[i]
+    num_chosen = scene.neighbour_start[i + 1] - start
+    is_cut = num_chosen > settings.max_neighbours
+    if is_cut:
+        num_chosen = most_urgent(scene, settings, i, chosen, keys)
+    for k in range(num_chosen):
+        j = chosen[k] if is_cut else scene.neighbours[start + k]
+        i_x, i_y, j_x, j_y = optimisation_velocities(
+            state, settings.v_opt, i, j, wanted_x, wanted_y
+        )
+        n_x, n_y, change = norm_boundary(
+            state[j, X] - state[i, X],
+            state[j, Y] - state[i, Y],
+            i_x - j_x,
+            i_y - j_y,
+            state[i, RADIUS] + state[j, RADIUS],
+            settings.time_horizon,
+            settings.overlap_horizon,
+            1.0 if i < j else -1.0,
+            encounter(i_x, i_y, j_x, j_y) if settings.has_norm_leg else 0,
+        )
+        share = share_of_change(
+            state[i, PRIORITY], state[j, PRIORITY], scene.cooperative[j], change, settings.has_dual_slack
+        )
+        rows.array[0, count] = n_x
+        rows.array[1, count] = n_y
+        rows.array[2, count] = row_offset(n_x * i_x + n_y * i_y, share, change)
+        rows.label[0, count] = settings.source
+        rows.label[1, count] = j
+        count += 1
+    return count
+
+
+class PriorityORCA:
+    """Soft rows that keep pairs out of each other's velocity obstacle, shared out by priority.
+
+    Attributes:
+        name: ``priority_orca``.
+        needs_wanted: Are the neighbours' wanted velocities needed?
+    """
+
+    name = "priority_orca"
+
+    def __init__(
+        self,
+        time_horizon: float,
+        v_opt: VOpt = "current",
+        slack_rule: SlackRule = "dual",
+        leg: Leg = "nearest",
+        *,
+        max_neighbours: int | None = None,
+        order: NeighbourOrder = "time_to_collision",
+        overlap_time: float = PAPER_TIME_STEP,
+    ) -> None:
+        """Check the settings.
+
+        Args:
+            time_horizon: tau, in s.
+            v_opt: Velocity the half-plane is built around; see the module docstring.
+            slack_rule: "dual", or "paper" for Eq. (15) as printed; see `share_of_change`.
+            leg: "nearest" boundary as in RVO2, or the side that the paper's "norm" 1 and 2 ask for.
+            max_neighbours: Keep the rows of this many neighbours only; None keeps all.
+            order: Which to keep: the least "time_to_collision", or the least "distance" as RVO2 does.
+            overlap_time: Time in which discs that overlap already are to part, in s; RVO2 takes its time step.
+
+        Raises:
+            NotFinite: If a time is NaN or infinite.
+            OutOfRange: If a time is not above zero, or ``max_neighbours`` is negative.
+            InvalidInput: If an option does not exist.
+        """
+        for field, value, options in (
+            ("v_opt", v_opt, get_args(VOpt)),
+            ("slack_rule", slack_rule, get_args(SlackRule)),
+            ("leg", leg, get_args(Leg)),
+            ("order", order, get_args(NeighbourOrder)),
+        ):
+            if value not in options:
+                raise InvalidInput(f"{field}: expected one of {', '.join(options)}, got {value!r}")
+        if max_neighbours is not None and max_neighbours < 0:
+            raise OutOfRange(f"max_neighbours: expected 0 or more, got {max_neighbours}")
+        self.needs_wanted = v_opt == "shared"
+        self._settings = OrcaSettings(
+            is_used=True,
+            source=0,
+            time_horizon=positive_number(time_horizon, "time_horizon"),
+            overlap_horizon=positive_number(overlap_time, "overlap_time"),
+            v_opt=get_args(VOpt).index(v_opt),
+            has_dual_slack=slack_rule == "dual",
+            has_norm_leg=leg == "norm",
+            max_neighbours=np.iinfo(np.int64).max if max_neighbours is None else int(max_neighbours),
+            is_by_time=order == "time_to_collision",
+        )
+
+    def settings(self, source: int) -> OrcaSettings:
+        """Settings for kernels; ``source`` is the constraint's number in labels."""
+        return self._settings._replace(source=source)
+
+    def require(self, scene: Scene) -> None:
+        """Check that the scene says what this constraint needs.
+
+        Raises:
+            InvalidInput: If the neighbours' wanted velocities are needed and missing.
+        """
+        if self.needs_wanted and not scene.has_wanted:
+            raise InvalidInput(
+                'v_opt="shared" needs the wanted velocities of all robots: '
+                "pass wanted= to Scene.from_world"
+            )
+
+    def half_spaces(self, scene: Scene, action: FloatArray, index: IntArray) -> HalfSpaces:
+        """Make the rows of robots ``index``; see `Constraint.half_spaces`.
+
+        Raises:
+            InvalidInput: If the neighbours' wanted velocities are needed and missing.
+        """
+        self.require(scene)
+        capacity = scene.most_neighbours
+        array, label, count = _orca_rows(
+            SceneArrays.of(scene), self.settings(0), index, action, capacity
+        )
+        return half_spaces_from_rows(array, label, count, np.zeros_like(count), (self.name,))
+
+
+@kernel
+def _orca_rows(
+    scene: SceneArrays, settings: OrcaSettings, index: IntArray, action: FloatArray, capacity: int
+) -> tuple[FloatArray, IntArray, IntArray]:
+    rows = row_buffers(len(index), capacity)
+    count = np.zeros(len(index), dtype=np.int64)
+    chosen = np.empty(capacity, dtype=np.int64)
+    keys = np.empty(capacity)
+    for k in range(len(index)):
+        own = RowLabels(rows.array[k], rows.label[k])
+        count[k] = add_orca_rows(
+            own, 0, scene, settings, index[k], action[k, 0], action[k, 1], chosen, keys
+        )
+    return rows.array, rows.label, count

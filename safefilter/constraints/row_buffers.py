@@ -1,0 +1,61 @@
+"""Where kernels write rows, and how a batch of them becomes `HalfSpaces`.
+
+Letters: B decisions, M rows.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.half_spaces import HalfSpaces
+from safefilter.jit import formula
+
+
+class RowLabels(NamedTuple):
+    """Rows and what they are against.
+
+    Attributes:
+        array: Shape (3, capacity): n_x, n_y, offset. With a leading axis B for a batch.
+        label: Shape (2, capacity): number of the source, and what the row is against; a leading axis B for a batch.
+    """
+
+    array: FloatArray
+    label: IntArray
+
+
+@formula
+def row_buffers(num_decisions: int, capacity: int) -> RowLabels:
+    """Allocate zeroed buffers for a batch."""
+    return RowLabels(
+        np.zeros((num_decisions, 3, capacity)), np.zeros((num_decisions, 2, capacity), dtype=np.int64)
+    )
+
+
+def half_spaces_from_rows(
+    array: FloatArray,
+    label: IntArray,
+    num_rows: IntArray,
+    num_hard: IntArray,
+    sources: tuple[str, ...],
+) -> HalfSpaces:
+    """View kernel rows as `HalfSpaces`.
+
+    Args:
+        array: Shape (B, 3, M).
+        label: Shape (B, 2, M).
+        num_rows: Rows present for each decision, shape (B,).
+        num_hard: How many of the first of them are hard, shape (B,).
+        sources: Names of the constraints.
+    """
+    place = np.arange(array.shape[2])
+    return HalfSpaces(
+        normals=np.ascontiguousarray(np.moveaxis(array[:, :2], 1, 2)),
+        offsets=array[:, 2].copy(),
+        hard=place < num_hard[:, None],
+        present=place < num_rows[:, None],
+        labels=np.ascontiguousarray(np.moveaxis(label, 1, 2)),
+        sources=sources,
+    )

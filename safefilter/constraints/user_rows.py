@@ -1,0 +1,79 @@
+"""Rows of constraints that the kernels do not know, laid out as the kernels read them.
+
+Letters: B decisions, E rows of the user's a decision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.constraints.constraint import Constraint
+from safefilter.errors import ShapeError
+from safefilter.half_spaces import HalfSpaces
+from safefilter.scene import Scene
+
+
+class UserRows(NamedTuple):
+    """Rows of the user's own constraints, hard ones first.
+
+    Attributes:
+        array: Shape (B, 3, E): n_x, n_y, offset.
+        label: Shape (B, 2, E): number of the source, and what the row is against.
+        count: Shape (B, 2): number of hard rows, and of all rows.
+    """
+
+    array: FloatArray
+    label: IntArray
+    count: IntArray
+
+
+def user_rows(
+    constraints: Mapping[int, Constraint], scene: Scene, wanted: FloatArray, index: IntArray
+) -> UserRows:
+    """Ask constraints for their rows.
+
+    Args:
+        constraints: Constraints by their number in labels.
+        scene: What the robots know.
+        wanted: Wanted velocities, shape (B, 2), in m/s.
+        index: Robots, shape (B,).
+
+    Raises:
+        ShapeError: If a constraint makes rows for another number of decisions or dimensions.
+    """
+    batch = len(index)
+    if not constraints:
+        return UserRows(
+            np.empty((batch, 3, 0)),
+            np.empty((batch, 2, 0), dtype=np.int64),
+            np.zeros((batch, 2), dtype=np.int64),
+        )
+    parts = []
+    for number, constraint in constraints.items():
+        part = constraint.half_spaces(scene, wanted.copy(), index)
+        if (part.num_decisions, part.dimension) != (batch, 2):
+            raise ShapeError(
+                f"{constraint.name}: expected rows for {batch} decisions in 2 dimensions, "
+                f"got {part.num_decisions} in {part.dimension}"
+            )
+        parts.append((number, part))
+    return _packed(parts)
+
+
+def _packed(parts: list[tuple[int, HalfSpaces]]) -> UserRows:
+    rows = HalfSpaces.stacked([part for _, part in parts])
+    source = np.concatenate(
+        [np.full((part.num_decisions, part.num_rows), number) for number, part in parts], axis=1
+    )
+    order = np.argsort(np.where(rows.present, np.where(rows.hard, 0, 1), 2), axis=1, kind="stable")
+    array = np.stack([rows.normals[:, :, 0], rows.normals[:, :, 1], rows.offsets], axis=1)
+    label = np.stack([source, rows.labels[:, :, 1]], axis=1)
+    return UserRows(
+        np.take_along_axis(array, order[:, None], axis=2),
+        np.take_along_axis(label, order[:, None], axis=2),
+        np.stack([(rows.present & rows.hard).sum(axis=1), rows.present.sum(axis=1)], axis=1),
+    )

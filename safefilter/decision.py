@@ -1,0 +1,100 @@
+"""Decision: what executes, why, and the proof that belongs to it.
+
+Letters: B decisions, d dimensions. Velocities in the unit of the action, m/s for robots.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from safefilter.arrays import BoolArray, FloatArray, IntArray
+
+
+class Case(IntEnum):
+    """The three cases of Alg. 2 of Qin et al."""
+
+    SAFE = 1
+    PROJECTED = 2
+    LEAST_VIOLATION = 3
+
+
+class Fault(IntEnum):
+    """What went wrong on the way to a decision; the executed action is certified all the same."""
+
+    NONE = 0
+    ACTION_NOT_FINITE = 1
+    """The policy asked for NaN or infinity: taken as standing still."""
+    BACKEND_RAISED = 2
+    """The backend raised; the built-in solver's answer is used."""
+    BACKEND_WRONG_STATUS = 3
+    """The backend's status is refuted by a proof: solvable called infeasible, or no point where one exists."""
+    BACKEND_REJECTED = 4
+    """The backend's point failed verification: NaN, outside the rows, or not optimal."""
+    DEADLINE = 5
+    """The backend was late; the built-in solver's answer is used."""
+    EMPTY_HARD_SET = 6
+    """The user's hard rows contradict each other: the user's fallback is used."""
+    STALLED = 7
+    """The built-in solver did not finish: the robot stands still."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """Decisions for a batch of robots.
+
+    Attributes:
+        action: What executes, shape (B, d), in the dtype of the policy's action.
+        velocity: The program's solution before the last word, shape (B, d), in m/s.
+        case: Shape (B,), values of `Case`.
+        certified: Shape (B,): the hard rows and budgets hold on ``action``, checked after the cast.
+        optimal: Shape (B,): the proof of the program's solution holds.
+        capped: Shape (B,): the last word cut the movement by more than the tolerance.
+        correction: Shape (B,): distance between the wanted velocity and the executed one, in m/s.
+        violation: Shape (B,): the largest violation of a soft row by ``velocity``, t* in Case-3, 0 if none.
+        active: Labels of the rows that hold ``velocity``, shape (B, d, 2), see `HalfSpaces.labels`; -1 for none.
+        multipliers: Their multipliers, shape (B, d), >= 0.
+        proof: Case-3: labels of rows that no velocity satisfies together, shape (B, d + 1, 2); -1 for none.
+        proof_multipliers: Their weights, shape (B, d + 1), >= 0; soft ones sum to one.
+        fault: Shape (B,), values of `Fault`.
+        index: The robots decided for, shape (B,).
+        backend: Name of the backend asked.
+        build_time: Seconds spent making rows and programs, for the whole batch.
+        solve_time: Seconds spent solving and checking, for the whole batch. The built-in solver makes and solves in
+            one kernel: all of it is here.
+    """
+
+    action: npt.NDArray[np.floating]
+    velocity: FloatArray
+    case: npt.NDArray[np.int8]
+    certified: BoolArray
+    optimal: BoolArray
+    capped: BoolArray
+    correction: FloatArray
+    violation: FloatArray
+    active: IntArray
+    multipliers: FloatArray
+    proof: IntArray
+    proof_multipliers: FloatArray
+    fault: npt.NDArray[np.int8]
+    index: IntArray
+    backend: str
+    build_time: float
+    solve_time: float
+
+    def __len__(self) -> int:
+        """Number of decisions B."""
+        return len(self.case)
+
+    @property
+    def intervened(self) -> BoolArray:
+        """Shape (B,): is the executed action another than the policy's?"""
+        return self.correction > 0.0
+
+    @property
+    def fault_names(self) -> tuple[str, ...]:
+        """Name of each decision's fault, ``NONE`` where all went well."""
+        return tuple(Fault(value).name for value in self.fault)

@@ -1,0 +1,55 @@
+"""Numba, as this package uses it: typed decorators, and a cache that cannot run stale formulas.
+
+Numba keys its disk cache by the file of the compiled function alone. Ours inline formulas from other files, so a
+cached kernel would go on running the old formula after an upgrade. Here the key also holds a digest of every source
+file of the package.
+
+Functions marked `formula` are plain arithmetic: numba compiles them, `proofs` calls their source on z3 terms and
+tests call it on `Fraction`; see `source_of`.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+from numba.core.caching import FunctionCache
+
+FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
+
+
+@functools.cache
+def source_digest() -> str:
+    """Digest of every source file of this package."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+class _WholePackageCache(FunctionCache):  # type: ignore[misc]  # numba ships no types
+    def _index_key(self, sig: object, codegen: object) -> tuple[object, ...]:
+        return (*super()._index_key(sig, codegen), source_digest())
+
+
+def formula(function: FunctionT) -> FunctionT:
+    """Compile a formula for use inside kernels; it is inlined there, and not cached on its own."""
+    return cast("FunctionT", numba.njit(error_model="numpy")(function))
+
+
+def kernel(function: FunctionT) -> FunctionT:
+    """Compile an entry point, cache its machine code on disk, and let other threads run meanwhile."""
+    dispatcher = numba.njit(error_model="numpy", nogil=True)(function)
+    if not numba.config.DISABLE_JIT:
+        dispatcher._cache = _WholePackageCache(function)
+    return cast("FunctionT", dispatcher)
+
+
+def source_of(function: FunctionT) -> FunctionT:
+    """Return the Python function behind a compiled one, to be called on other number types."""
+    compiled: Any = function
+    return cast("FunctionT", getattr(compiled, "py_func", function))

@@ -1,0 +1,1 @@
+"""What velocities a robot can take, and the last word on what it executes."""

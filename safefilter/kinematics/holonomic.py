@@ -1,0 +1,105 @@
+"""Holonomic robots: any velocity up to a speed limit.
+
+The permitted set is a regular polygon inscribed in the speed disc, so that programs are linear in their rows; the last
+word and Case-1 use the disc itself.
+
+Letters: B decisions, N robots, S sides. m/s.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from safefilter.arrays import FloatArray, frozen, per_robot, require_positive
+from safefilter.constraints.row_buffers import RowLabels
+from safefilter.errors import OutOfRange, ShapeError
+from safefilter.jit import formula
+from safefilter.scene import Scene
+
+# A speed of exactly v_max may come as a float32 a little above it: this much is let through, and everyone's reach in
+# a step is computed with it.
+SPEED_SLACK = 1e-6
+MIN_SIDES = 3
+
+
+@formula
+def is_within_speed(x: float, y: float, limit: float) -> bool:
+    """Is a velocity within the speed limit?"""
+    return x * x + y * y <= limit * limit
+
+
+@formula
+def add_polygon_rows(rows: RowLabels, count: int, sides: FloatArray, v_max: float) -> int:
+    """Write the sides of the polygon inscribed in the disc of radius ``v_max``; returns the new count.
+
+    ``sides`` holds (inward n_x, inward n_y, offset) for a disc of radius 1, shape (3, S).
+    """
+    for k in range(sides.shape[1]):
+        rows.array[0, count] = sides[0, k]
+        rows.array[1, count] = sides[1, k]
+        rows.array[2, count] = sides[2, k] * v_max
+        rows.label[0, count] = 0
+        rows.label[1, count] = k
+        count += 1
+    return count
+
+
+class Holonomic:
+    """A robot that can take any velocity up to ``v_max``, at once.
+
+    Attributes:
+        name: ``allowed_velocities``.
+        sides: Sides of the polygon, shape (3, S): inward normal and offset for a disc of radius 1.
+        inner_radius: Radius of the circle inside the polygon, for a disc of radius 1.
+    """
+
+    name = "allowed_velocities"
+
+    def __init__(self, v_max: npt.ArrayLike, sides: int = 64) -> None:
+        """Check the settings.
+
+        Args:
+            v_max: Largest speed in m/s: one for all robots of a scene, or one a robot, shape (N,). Every cooperating
+                robot must keep to it.
+            sides: Sides of the polygon; it holds every speed up to ``cos(pi / sides) * v_max``, 0.9988 for 64.
+
+        Raises:
+            ShapeError: If ``v_max`` is neither a number nor of shape (N,).
+            NotFinite: If it is NaN or infinite.
+            OutOfRange: If it is not above zero, or there are fewer than 3 sides.
+        """
+        given = np.asarray(v_max)
+        if given.ndim > 1:
+            raise ShapeError(f"v_max: expected a number or shape (N,), got {given.shape}")
+        limits = per_robot(given, "v_max", given.size)
+        self._v_max = frozen(require_positive(limits, "v_max"))
+        self._is_one = given.ndim == 0
+        if sides < MIN_SIDES:
+            raise OutOfRange(f"sides: expected at least {MIN_SIDES}, got {sides}")
+        # Corners at multiples of 2 pi / sides, so that full speed along the axes stays allowed.
+        angle = (np.arange(sides) + 0.5) * (2.0 * math.pi / sides)
+        self.inner_radius = math.cos(math.pi / sides)
+        self.sides: FloatArray = frozen(
+            np.stack([-np.cos(angle), -np.sin(angle), np.full(sides, -self.inner_radius)])
+        )
+
+    def v_max(self, scene: Scene) -> FloatArray:
+        """Largest speed of each robot of a scene, shape (N,), in m/s.
+
+        Raises:
+            ShapeError: If ``v_max`` was given for another number of robots.
+        """
+        if self._is_one:
+            return np.full(scene.num_robots, self._v_max[0])
+        if len(self._v_max) != scene.num_robots:
+            raise ShapeError(
+                f"v_max: given for {len(self._v_max)} robots, but the scene has {scene.num_robots}"
+            )
+        return self._v_max.copy()
+
+    def speed_limit(self, scene: Scene) -> FloatArray:
+        """Bound on each robot's executed speed, shape (N,), in m/s: ``v_max`` and the rounding let through."""
+        return self.v_max(scene) * (1.0 + SPEED_SLACK)

@@ -1,0 +1,172 @@
+"""Which robots see which: all pairs within reach, by a hashed grid, in O(N) for a bounded density.
+
+Letters: N robots. Positions in m. The result is a compressed list: the neighbours of robot i are
+``neighbours[start[i]:start[i + 1]]``, in no particular but always the same order.
+
+Source: Teschner et al., "Optimized spatial hashing for collision detection of deformable objects", 2003 (the hash).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.jit import formula, kernel
+from safefilter.threads import over_ranges
+
+# Below this size every pair is looked at: a grid costs more than it saves.
+ALL_PAIRS_LIMIT = 48
+# Without a reach everyone sees everyone; past this size that is a mistake rather than a wish (100 MB of pairs).
+UNLIMITED_LIMIT = 5000
+
+
+def find_neighbours(
+    position: FloatArray, world: IntArray, reach: float
+) -> tuple[IntArray, IntArray]:
+    """List, for each robot, the others of its world whose centre is within ``reach``.
+
+    Args:
+        position: Centres, shape (N, 2), in m.
+        world: Number of the world each robot is in, shape (N,); robots of different worlds never meet.
+        reach: Largest distance of centres, in m; may be infinite.
+
+    Returns:
+        (start, neighbours) of shapes (N + 1,) and (sum of neighbours,).
+    """
+    if len(position) <= ALL_PAIRS_LIMIT or math.isinf(reach):
+        return _all_pairs(position, world, reach)
+    grid = _fill_grid(position, world, reach)
+    parts: dict[int, tuple[IntArray, IntArray]] = {}
+
+    def list_range(first: int, last: int) -> None:
+        parts[first] = _list_range(reach * reach, grid, world, first, last)
+
+    over_ranges(list_range, len(position))
+    ordered = [parts[first] for first in sorted(parts)]
+    start = np.zeros(len(position) + 1, dtype=np.int64)
+    np.cumsum(np.concatenate([count for count, _ in ordered]), out=start[1:])
+    return start, np.concatenate([found for _, found in ordered])
+
+
+class Grid(NamedTuple):
+    """Robots sorted by the bucket of their cell, so that a bucket is read in one go.
+
+    Attributes:
+        position: Positions in sorted order, shape (N, 2).
+        cell: Cells in sorted order, shape (N, 2).
+        order: Robots in sorted order, shape (N,).
+        place: Where each robot stands in that order, shape (N,).
+        bucket_start: Where each bucket starts in it.
+    """
+
+    position: FloatArray
+    cell: IntArray
+    order: IntArray
+    place: IntArray
+    bucket_start: IntArray
+
+
+@formula
+def is_within(
+    position: FloatArray, world: IntArray, i: int, j: int, reach_squared: float
+) -> bool:
+    """Are two different robots of one world within reach?"""
+    if i == j or world[i] != world[j]:
+        return False
+    x = position[j, 0] - position[i, 0]
+    y = position[j, 1] - position[i, 1]
+    return x * x + y * y <= reach_squared
+
+
+@kernel
+def _all_pairs(position: FloatArray, world: IntArray, reach: float) -> tuple[IntArray, IntArray]:
+    num_robots = len(position)
+    start = np.zeros(num_robots + 1, dtype=np.int64)
+    neighbours = np.empty(num_robots * max(0, num_robots - 1), dtype=np.int64)
+    count = 0
+    for i in range(num_robots):
+        for j in range(num_robots):
+            if is_within(position, world, i, j, reach * reach):
+                neighbours[count] = j
+                count += 1
+        start[i + 1] = count
+    return start, neighbours[:count].copy()
+
+
+@formula
+def bucket(cell_x: int, cell_y: int, world: int, num_buckets: int) -> int:
+    """Bucket of a cell; ``num_buckets`` is a power of two."""
+    return ((cell_x * 73856093) ^ (cell_y * 19349663) ^ (world * 83492791)) & (num_buckets - 1)
+
+
+@kernel
+def _fill_grid(position: FloatArray, world: IntArray, reach: float) -> Grid:
+    num_robots = len(position)
+    num_buckets = 1
+    while num_buckets < 2 * num_robots:
+        num_buckets *= 2
+    cell_of = np.empty((num_robots, 2), dtype=np.int64)
+    bucket_start = np.zeros(num_buckets + 1, dtype=np.int64)
+    for i in range(num_robots):
+        cell_of[i, 0] = math.floor(position[i, 0] / reach)
+        cell_of[i, 1] = math.floor(position[i, 1] / reach)
+        bucket_start[bucket(cell_of[i, 0], cell_of[i, 1], world[i], num_buckets) + 1] += 1
+    for b in range(num_buckets):
+        bucket_start[b + 1] += bucket_start[b]
+    order, place = np.empty(num_robots, dtype=np.int64), np.empty(num_robots, dtype=np.int64)
+    cursor = bucket_start[:-1].copy()
+    for i in range(num_robots):
+        b = bucket(cell_of[i, 0], cell_of[i, 1], world[i], num_buckets)
+        place[i] = cursor[b]
+        order[cursor[b]] = i
+        cursor[b] += 1
+    return Grid(position[order], cell_of[order], order, place, bucket_start)
+
+
+@formula
+def visit_cells(
+    reach_squared: float, grid: Grid, world: IntArray, i: int, found: IntArray, count: int
+) -> int:
+    """Write robot i's neighbours to ``found`` from ``count`` on as far as it has room; returns the new count."""
+    num_buckets = len(grid.bucket_start) - 1
+    own = grid.place[i]
+    x, y = grid.position[own, 0], grid.position[own, 1]
+    for cell_x in range(grid.cell[own, 0] - 1, grid.cell[own, 0] + 2):
+        for cell_y in range(grid.cell[own, 1] - 1, grid.cell[own, 1] + 2):
+            b = bucket(cell_x, cell_y, world[i], num_buckets)
+            for k in range(grid.bucket_start[b], grid.bucket_start[b + 1]):
+                d_x, d_y = grid.position[k, 0] - x, grid.position[k, 1] - y
+                if d_x * d_x + d_y * d_y > reach_squared or k == own:
+                    continue
+                # Two cells, or two worlds, may share a bucket: each robot counts for its own only.
+                if grid.cell[k, 0] != cell_x or grid.cell[k, 1] != cell_y:
+                    continue
+                j = grid.order[k]
+                if world[j] == world[i]:
+                    if count < len(found):
+                        found[count] = j
+                    count += 1
+    return count
+
+
+@kernel
+def _list_range(
+    reach_squared: float, grid: Grid, world: IntArray, first: int, last: int
+) -> tuple[IntArray, IntArray]:
+    """Neighbours of robots [first, last), one list after the other, and their numbers."""
+    number = np.empty(last - first, dtype=np.int64)
+    found = np.empty(16 * (last - first), dtype=np.int64)
+    count = 0
+    for i in range(first, last):
+        end = visit_cells(reach_squared, grid, world, i, found, count)
+        if end > len(found):
+            larger = np.empty(2 * end, dtype=np.int64)
+            larger[:count] = found[:count]
+            found = larger
+            end = visit_cells(reach_squared, grid, world, i, found, count)
+        number[i - first] = end - count
+        count = end
+    return number, found[:count].copy()

@@ -1,0 +1,1 @@
+"""The two programs of the paper, built from rows."""

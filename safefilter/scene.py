@@ -1,0 +1,211 @@
+"""Scene: what robots know of themselves and of each other at the start of a step.
+
+Letters: N robots. SI units: m, m/s, rad.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from safefilter.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    finite_array,
+    frozen,
+    per_robot,
+    require_positive,
+)
+from safefilter.errors import OutOfRange, ShapeError
+from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours
+
+# Columns of `Scene.state`.
+X, Y, V_X, V_Y, WANTED_X, WANTED_Y, RADIUS, PRIORITY = range(8)
+
+# Priorities are only ever divided by sums of two: this keeps the sums finite and every share above zero.
+MAX_PRIORITY = 1e150
+MIN_PRIORITY = 1e-150
+# Squares of distances and speeds must stay finite.
+MAX_COORDINATE = 1e100
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """Robots as arrays, and who sees whom. Build it with `Scene.from_world`.
+
+    Attributes:
+        state: Position (2), velocity (2), wanted velocity (2), radius and priority of each robot, shape (N, 8): one
+            cache line a robot. The properties `position`, `velocity`, ... are its columns.
+        cooperative: Does the robot run this filter? Shape (N,); known to all alike.
+        has_wanted: Are wanted velocities known? Their columns hold the observed ones otherwise.
+        heading: Directions psi, shape (N,), in rad, or None for robots without one.
+        world: Number of the world a robot is in, shape (N,); robots of different worlds never meet.
+        reach: Distance of centres up to which robots see each other, in m.
+        neighbour_start: Where each robot's neighbours start in ``neighbours``, shape (N + 1,).
+        neighbours: Indices of neighbours, all robots' lists one after the other.
+        most_neighbours: Length of the longest list.
+    """
+
+    state: FloatArray
+    cooperative: BoolArray
+    has_wanted: bool
+    heading: FloatArray | None
+    world: IntArray
+    reach: float
+    neighbour_start: IntArray
+    neighbours: IntArray
+    most_neighbours: int
+
+    @classmethod
+    def from_world(
+        cls,
+        position: npt.ArrayLike,
+        velocity: npt.ArrayLike,
+        radius: npt.ArrayLike,
+        *,
+        heading: npt.ArrayLike | None = None,
+        priority: npt.ArrayLike = 1.0,
+        cooperative: npt.ArrayLike = True,
+        wanted: npt.ArrayLike | None = None,
+        world: npt.ArrayLike = 0,
+        reach: float | None = None,
+    ) -> Scene:
+        """Check and copy the state of a world, and list every robot's neighbours.
+
+        Args:
+            position: Centres, shape (N, 2), in m.
+            velocity: Observed velocities, shape (N, 2), in m/s.
+            radius: One radius, or one a robot, in m.
+            heading: Directions, shape (N,), in rad; needed by a differential drive.
+            priority: One priority, or one a robot.
+            cooperative: Whether robots run this filter: one flag, or one a robot.
+            wanted: Wanted velocities, shape (N, 2), in m/s; needed by ``PriorityORCA(v_opt="shared")``.
+            world: Number of the world each robot is in: one, or one a robot.
+            reach: Distance of centres in m up to which robots see each other. None: everyone sees everyone, in
+                O(N^2); give a reach for crowds.
+
+        Raises:
+            ShapeError: If an array has the wrong shape.
+            NotFinite: If a value is NaN or infinite; names field and robot.
+            OutOfRange: If a radius, a priority or the reach is not above zero, or a value is too large for
+                its square to be finite.
+        """
+        position = _bounded(finite_array(position, "position", ("N", 2)), "position")
+        num_robots = len(position)
+        state = np.empty((num_robots, 8))
+        state[:, X : Y + 1] = position
+        state[:, V_X : V_Y + 1] = _bounded(finite_array(velocity, "velocity", (num_robots, 2)), "velocity")
+        state[:, WANTED_X : WANTED_Y + 1] = (
+            state[:, V_X : V_Y + 1]
+            if wanted is None
+            else _bounded(finite_array(wanted, "wanted", (num_robots, 2)), "wanted")
+        )
+        radii = require_positive(per_robot(radius, "radius", num_robots), "radius")
+        state[:, RADIUS] = _bounded(radii, "radius")
+        state[:, PRIORITY] = _priority(priority, num_robots)
+        numbers = _world_numbers(world, num_robots)
+        limit = _reach(reach, num_robots)
+        start, neighbours = find_neighbours(position, numbers, limit)
+        return cls(
+            state=frozen(state),
+            cooperative=frozen(_flags(cooperative, num_robots)),
+            has_wanted=wanted is not None,
+            heading=None if heading is None else frozen(per_robot(heading, "heading", num_robots)),
+            world=frozen(numbers),
+            reach=limit,
+            neighbour_start=frozen(start),
+            neighbours=frozen(neighbours),
+            most_neighbours=int(np.diff(start).max(initial=0)),
+        )
+
+    @property
+    def position(self) -> FloatArray:
+        """Centres, shape (N, 2), in m."""
+        return self.state[:, X : Y + 1]
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Velocities as observed by everyone, shape (N, 2), in m/s."""
+        return self.state[:, V_X : V_Y + 1]
+
+    @property
+    def wanted(self) -> FloatArray | None:
+        """Velocities that the policies ask for, shape (N, 2), in m/s, or None where robots do not tell."""
+        return self.state[:, WANTED_X : WANTED_Y + 1] if self.has_wanted else None
+
+    @property
+    def radius(self) -> FloatArray:
+        """Safety radii r_safe, shape (N,), in m."""
+        return self.state[:, RADIUS]
+
+    @property
+    def priority(self) -> FloatArray:
+        """Priorities pr, shape (N,), positive; only ratios matter."""
+        return self.state[:, PRIORITY]
+
+    @property
+    def num_robots(self) -> int:
+        """Number of robots N."""
+        return len(self.state)
+
+    def neighbours_of(self, robot: int) -> IntArray:
+        """Indices of the robots that ``robot`` sees."""
+        return self.neighbours[self.neighbour_start[robot] : self.neighbour_start[robot + 1]]
+
+
+def _bounded(array: FloatArray, field: str) -> FloatArray:
+    wrong = np.abs(array) > MAX_COORDINATE
+    if wrong.any():
+        place = int(np.argwhere(wrong)[0][0])
+        raise OutOfRange(
+            f"{field} of row {place}: expected magnitudes up to {MAX_COORDINATE:g}, got {array[place]}"
+        )
+    return array
+
+
+def _priority(value: npt.ArrayLike, num_robots: int) -> FloatArray:
+    priority = require_positive(per_robot(value, "priority", num_robots), "priority")
+    wrong = (priority > MAX_PRIORITY) | (priority < MIN_PRIORITY)
+    if wrong.any():
+        place = int(np.argmax(wrong))
+        raise OutOfRange(
+            f"priority of row {place}: expected {MIN_PRIORITY:g} to {MAX_PRIORITY:g}, got {priority[place]}"
+        )
+    return priority
+
+
+def _flags(value: npt.ArrayLike, num_robots: int) -> BoolArray:
+    flags = np.asarray(value)
+    if flags.dtype != np.bool_ or flags.shape not in {(), (num_robots,)}:
+        raise ShapeError(
+            f"cooperative: expected a bool or bools of shape ({num_robots},), "
+            f"got {flags.dtype} of shape {flags.shape}"
+        )
+    return np.array(np.broadcast_to(flags, (num_robots,)))
+
+
+def _world_numbers(value: npt.ArrayLike, num_robots: int) -> IntArray:
+    numbers = np.asarray(value)
+    if not np.issubdtype(numbers.dtype, np.integer) or numbers.shape not in {(), (num_robots,)}:
+        raise ShapeError(
+            f"world: expected an integer or integers of shape ({num_robots},), "
+            f"got {numbers.dtype} of shape {numbers.shape}"
+        )
+    return np.array(np.broadcast_to(numbers, (num_robots,)), dtype=np.int64)
+
+
+def _reach(value: float | None, num_robots: int) -> float:
+    if value is None:
+        if num_robots > UNLIMITED_LIMIT:
+            raise OutOfRange(
+                f"reach: {num_robots} robots that all see each other make {num_robots**2:.1e} pairs; "
+                "pass reach= (in m)"
+            )
+        return math.inf
+    if not value > 0.0:
+        raise OutOfRange(f"reach: expected a distance above 0 m, got {value}")
+    return float(value)

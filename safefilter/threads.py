@@ -1,0 +1,37 @@
+"""Run a kernel over ranges of a batch on all threads.
+
+Kernels release the interpreter lock, so plain threads do. Each range writes its own rows of the output, so results do
+not depend on the number of threads. The number is numba's (`numba.set_num_threads`, NUMBA_NUM_THREADS).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numba
+
+# A thread costs some 50 us to wake: below this many items a batch stays on the caller's thread.
+MIN_ITEMS = 256
+# More ranges than threads, because dense parts of a crowd take longer than its fringe.
+RANGES_PER_THREAD = 4
+
+_pools: dict[int, ThreadPoolExecutor] = {}
+# Threads do not survive a fork: the child makes its own.
+os.register_at_fork(after_in_child=_pools.clear)
+
+
+def over_ranges(work: Callable[[int, int], object], num_items: int) -> None:
+    """Call ``work(first, last)`` for ranges that cover ``num_items``, in parallel where that pays."""
+    num_threads = numba.get_num_threads()
+    if num_threads == 1 or num_items < MIN_ITEMS:
+        work(0, num_items)
+        return
+    pool = _pools.get(num_threads)
+    if pool is None:
+        pool = _pools[num_threads] = ThreadPoolExecutor(num_threads, "safefilter")
+    size = -(-num_items // (RANGES_PER_THREAD * num_threads))
+    starts = range(0, num_items, size)
+    for future in [pool.submit(work, first, min(first + size, num_items)) for first in starts]:
+        future.result()

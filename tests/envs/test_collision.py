@@ -1,0 +1,217 @@
+import numpy as np
+import pytest
+
+from envs.collision import (
+    CONTACT_TOLERANCE,
+    Contacts,
+    closest_fraction,
+    entry_fraction,
+    find_contacts,
+    least_distance,
+)
+from safefilter.arrays import BoolArray, FloatArray
+
+RADIUS = 0.1
+
+
+def judge(
+    position: object,
+    displacement: object,
+    *,
+    radius: float = RADIUS,
+    present: BoolArray | None = None,
+    wrecked: BoolArray | None = None,
+) -> Contacts:
+    """One world."""
+    where = np.array([position], dtype=np.float64)
+    shape = where.shape[:2]
+    return find_contacts(
+        where,
+        np.array([displacement], dtype=np.float64),
+        np.full(shape, radius),
+        np.ones(shape, dtype=np.bool_) if present is None else present,
+        np.zeros(shape, dtype=np.bool_) if wrecked is None else wrecked,
+    )
+
+
+def random_step(
+    seed: int, shape: tuple[int, int] = (20, 6)
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    rng = np.random.default_rng(seed)
+    position = rng.uniform(-0.6, 0.6, (*shape, 2))
+    displacement = rng.uniform(-0.5, 0.5, (*shape, 2))
+    return position, displacement, rng.uniform(0.02, 0.1, shape)
+
+
+def judge_random(seed: int) -> Contacts:
+    position, displacement, radius = random_step(seed)
+    everyone = np.ones(radius.shape, dtype=np.bool_)
+    return find_contacts(position, displacement, radius, everyone, ~everyone)
+
+
+def test_robots_that_stand_apart_keep_their_gap() -> None:
+    contacts = judge([[0.0, 0.0], [0.5, 0.0]], [[0.0, 0.0], [0.0, 0.0]])
+    np.testing.assert_allclose(contacts.clearance, [[0.3, 0.3]], atol=1e-15)
+    assert not contacts.touched.any()
+    assert (contacts.fraction == 1.0).all()
+
+
+def test_robots_that_swap_places_collide_inside_the_step() -> None:
+    contacts = judge([[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [-1.0, 0.0]])
+    np.testing.assert_allclose(contacts.clearance, [[-0.2, -0.2]], atol=1e-15)
+    np.testing.assert_allclose(contacts.fraction, [[0.4, 0.4]], atol=1e-15)
+    assert contacts.num_pairs.tolist() == [1]
+
+
+def test_robots_whose_paths_cross_at_different_times_do_not_collide() -> None:
+    contacts = judge([[-0.5, 0.0], [0.0, -3.0]], [[1.0, 0.0], [0.0, 3.2]])
+    assert not contacts.touched.any()
+    assert (contacts.clearance > 0.0).all()
+
+
+def test_passing_robot_is_closest_half_way() -> None:
+    contacts = judge([[0.0, 0.0], [-1.0, 0.3]], [[0.0, 0.0], [2.0, 0.0]])
+    np.testing.assert_allclose(contacts.clearance, [[0.1, 0.1]], atol=1e-15)
+
+
+def test_robots_that_move_alike_keep_their_gap() -> None:
+    contacts = judge([[0.0, 0.0], [0.0, 0.25]], [[5.0, 7.0], [5.0, 7.0]])
+    np.testing.assert_allclose(contacts.clearance, [[0.05, 0.05]], atol=1e-15)
+
+
+def test_robots_may_start_touching_and_part() -> None:
+    contacts = judge([[0.0, 0.0], [2 * RADIUS, 0.0]], [[-1.0, 0.0], [1.0, 0.0]])
+    assert not contacts.touched.any()
+    np.testing.assert_allclose(contacts.clearance, 0.0, atol=1e-15)
+
+
+def test_robots_may_slide_along_each_other() -> None:
+    contacts = judge([[0.0, 0.0], [2 * RADIUS, 0.0]], [[0.0, 0.1], [0.0, 0.1]])
+    assert not contacts.touched.any()
+
+
+def test_touching_robots_that_press_on_have_collided() -> None:
+    contacts = judge([[0.0, 0.0], [2 * RADIUS, 0.0]], [[1e-6, 0.0], [0.0, 0.0]])
+    assert contacts.touched.all()
+    assert contacts.fraction.max() < 1e-8
+
+
+def test_robots_on_one_spot_overlap_by_their_radii() -> None:
+    contacts = judge([[0.3, 0.3], [0.3, 0.3]], [[0.0, 0.0], [0.0, 0.0]])
+    np.testing.assert_allclose(contacts.clearance, -2 * RADIUS)
+    np.testing.assert_array_equal(contacts.fraction, 0.0)
+    assert contacts.touched.all()
+
+
+@pytest.mark.parametrize("tiny", [5e-324, 1e-200, 1e-160])
+def test_movement_too_small_to_square_is_judged_as_standing(tiny: float) -> None:
+    contacts = judge([[0.0, 0.0], [0.5, 0.0]], [[tiny, 0.0], [0.0, -tiny]])
+    np.testing.assert_allclose(contacts.clearance, 0.3, atol=1e-15)
+
+
+def test_robot_alone_meets_nobody() -> None:
+    contacts = judge([[0.0, 0.0]], [[1.0, 0.0]])
+    assert contacts.clearance.tolist() == [[np.inf]]
+
+
+def test_robots_without_a_body_are_met_by_nobody() -> None:
+    contacts = judge([[0.0, 0.0], [0.0, 0.0]], [[0.0, 0.0]] * 2, present=np.array([[True, False]]))
+    assert contacts.clearance.tolist() == [[np.inf, np.inf]]
+
+
+def test_two_wrecks_are_judged_once_but_a_third_robot_hits_them() -> None:
+    position = [[0.0, 0.0], [2 * RADIUS - 1e-3, 0.0], [1.0, 0.0]]
+    wrecked = np.array([[True, True, False]])
+    still = judge(position, [[0.0, 0.0]] * 3, wrecked=wrecked)
+    assert still.num_pairs.tolist() == [0]
+    hit = judge(position, [[0.0, 0.0], [0.0, 0.0], [-0.7, 0.0]], wrecked=wrecked)
+    assert hit.num_pairs.tolist() == [1]
+    assert hit.touched.tolist() == [[False, True, True]]
+
+
+def test_worlds_do_not_meet() -> None:
+    alone = np.zeros((3, 1, 2))
+    flags = np.ones((3, 1), dtype=np.bool_)
+    contacts = find_contacts(alone, alone, np.ones((3, 1)), flags, ~flags)
+    assert np.isinf(contacts.clearance).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_closed_form_equals_ten_thousand_sub_steps(seed: int) -> None:
+    position, displacement, radius = random_step(seed, (3, 5))
+    everyone = np.ones(radius.shape, dtype=np.bool_)
+    contacts = find_contacts(position, displacement, radius, everyone, ~everyone)
+    num_sub_steps = 10_000
+    s = np.linspace(0.0, 1.0, num_sub_steps + 1)[:, np.newaxis, np.newaxis, np.newaxis]
+    way = position + s * displacement
+    itself = np.arange(radius.shape[1])
+    gap = np.linalg.norm(way[:, :, :, np.newaxis] - way[:, :, np.newaxis], axis=-1)
+    gap -= radius[:, :, np.newaxis] + radius[:, np.newaxis]
+    gap[:, :, itself, itself] = np.inf
+    sampled = gap.min(axis=(0, 3))
+    # Between two samples a pair moves by at most half a sub-step's relative displacement, sqrt(2) in all.
+    error = 0.5 * np.sqrt(2.0) * 2.0 / num_sub_steps
+    assert (contacts.clearance <= sampled + 1e-12).all()
+    assert (contacts.clearance >= sampled - error).all()
+    has_entered = (gap < -CONTACT_TOLERANCE).any(axis=3)
+    first = np.where(has_entered.any(axis=0), has_entered.argmax(axis=0) / num_sub_steps, 1.0)
+    surely = contacts.clearance < -error
+    np.testing.assert_allclose(
+        contacts.fraction[surely], first[surely], atol=2.0 / num_sub_steps, rtol=0.0
+    )
+    assert surely.any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_order_of_robots_does_not_matter(seed: int) -> None:
+    position, displacement, radius = random_step(seed)
+    everyone = np.ones(radius.shape, dtype=np.bool_)
+    forward = judge_random(seed)
+    backward = find_contacts(
+        np.ascontiguousarray(position[:, ::-1]),
+        np.ascontiguousarray(displacement[:, ::-1]),
+        np.ascontiguousarray(radius[:, ::-1]),
+        everyone,
+        ~everyone,
+    )
+    np.testing.assert_allclose(backward.clearance[:, ::-1], forward.clearance, atol=1e-15)
+    np.testing.assert_array_equal(backward.touched[:, ::-1], forward.touched)
+    np.testing.assert_array_equal(backward.num_pairs, forward.num_pairs)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.7, 4.0])
+def test_turning_and_moving_the_world_changes_nothing(angle: float) -> None:
+    position, displacement, radius = random_step(5)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    everyone = np.ones(radius.shape, dtype=np.bool_)
+    turned = find_contacts(
+        position @ turn.T + [3.0, -2.0], displacement @ turn.T, radius, everyone, ~everyone
+    )
+    straight = judge_random(5)
+    np.testing.assert_allclose(turned.clearance, straight.clearance, atol=1e-14)
+    np.testing.assert_array_equal(turned.touched, straight.touched)
+
+
+def test_robots_stopped_at_their_first_contact_touch_exactly() -> None:
+    position, displacement, radius = random_step(1, (400, 2))
+    everyone = np.ones(radius.shape, dtype=np.bool_)
+    contacts = find_contacts(position, displacement, radius, everyone, ~everyone)
+    stopped = position + contacts.fraction[..., np.newaxis] * displacement
+    distance = np.linalg.norm(stopped[:, 0] - stopped[:, 1], axis=1)
+    started_apart = np.linalg.norm(position[:, 0] - position[:, 1], axis=1) > radius.sum(axis=1)
+    hit = contacts.touched[:, 0] & started_apart
+    assert hit.sum() > 20
+    np.testing.assert_allclose(distance[hit], radius.sum(axis=1)[hit], atol=1e-12)
+
+
+def test_closest_approach_is_found_at_the_ends_and_between() -> None:
+    assert closest_fraction(1.0, 0.0, 1.0, 0.0) == 0.0
+    assert closest_fraction(1.0, 0.0, -0.5, 0.0) == 1.0
+    assert closest_fraction(1.0, 2.0, -4.0, 0.0) == 0.25
+    assert closest_fraction(1.0, 2.0, 0.0, 0.0) == 0.0
+    assert least_distance(1.0, 2.0, -4.0, 0.0) == 2.0
+
+
+def test_entry_is_the_first_of_the_two_crossings() -> None:
+    assert entry_fraction(3.0, 0.0, -10.0, 0.0, 1.0) == pytest.approx(0.2, abs=1e-15)
+    assert entry_fraction(0.5, 0.0, 1.0, 0.0, 1.0) == 0.0

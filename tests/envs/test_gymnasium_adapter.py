@@ -1,0 +1,154 @@
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import envs
+import safefilter as sf
+from envs.gymnasium_adapter import OneLearner
+from envs.reward import RewardWeights
+from envs.scenarios import Scenario
+from safefilter.arrays import FloatArray
+
+IDS = ["envs:Crossroad-v0", "envs:Circle-v0"]
+
+
+def make(env_id: str = IDS[0], **options: Any) -> OneLearner:
+    return cast("OneLearner", gymnasium.make(env_id, **options).unwrapped)
+
+
+def others_filter() -> sf.SafetyFilter:
+    return sf.SafetyFilter(
+        [sf.PriorityORCA(time_horizon=2.0), sf.Separation(dt=0.2)], sf.Holonomic(v_max=0.2)
+    )
+
+
+def to_goal(env: OneLearner) -> npt.NDArray[np.float32]:
+    return np.asarray(env.navigation.world.preferred_velocity()[0, 0], dtype=np.float32)
+
+
+@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("render_mode", [None, "rgb_array"])
+def test_gymnasium_accepts_it(env_id: str, render_mode: str | None) -> None:
+    check_env(make(env_id, render_mode=render_mode))
+
+
+def test_gymnasium_accepts_it_with_filtered_others() -> None:
+    check_env(make(others_filter=others_filter()), skip_render_check=True)
+
+
+def test_scenario_and_number_of_neighbours_can_be_chosen() -> None:
+    scenario: Scenario = envs.Circle(5)
+    env = make(scenario=scenario, num_neighbours=2)
+    observation, _ = env.reset(seed=0)
+    assert observation.shape == (7 + 2 * 8,)
+    assert env.scene().num_robots == 5
+
+
+def test_learner_is_robot_zero_of_the_scene() -> None:
+    env = make()
+    env.reset(seed=0)
+    before = env.scene()
+    env.step(np.array([0.125, -0.0625], dtype=np.float32))
+    after = env.scene()
+    np.testing.assert_array_equal(after.velocity[0], [0.125, -0.0625])
+    np.testing.assert_allclose(after.position[0] - before.position[0], [0.025, -0.0125])
+
+
+def test_others_go_straight_to_their_goals_by_default() -> None:
+    env = make()
+    env.reset(seed=0)
+    expected = env.navigation.world.preferred_velocity()[0, 1:]
+    env.step(np.zeros(2, dtype=np.float32))
+    np.testing.assert_array_equal(env.scene().velocity[1:], expected)
+
+
+def test_others_count_as_cooperative_only_through_a_filter() -> None:
+    alone, among = make(), make(others_filter=others_filter())
+    alone.reset(seed=0)
+    among.reset(seed=0)
+    assert alone.scene().cooperative.tolist() == [True] + [False] * 7
+    assert among.scene().cooperative.all()
+
+
+def test_filtered_others_never_collide_with_each_other_but_bare_ones_do() -> None:
+    collided = []
+    for chosen in (None, others_filter()):
+        env = make(others_filter=chosen, fleet=envs.Fleet.of(8))
+        env.reset(seed=0)
+        # The learner stands aside; the others do not end its episode.
+        env.navigation.world.position[0, 0] = [-9.0, -9.0]
+        for _ in range(100):
+            env.step(np.zeros(2, dtype=np.float32))
+        collided.append(int(env.navigation.world.collided.sum()))
+    assert collided[0] > 0
+    assert collided[1] == 0
+
+
+def test_others_follow_the_policy_given_and_the_seed_decides_its_chance() -> None:
+    def wander(world: envs.World, rng: np.random.Generator) -> FloatArray:
+        return rng.uniform(-0.1, 0.1, world.position.shape)
+
+    ends = []
+    for seed in (1, 1, 2):
+        env = make(others=wander)
+        env.reset(seed=seed)
+        for _ in range(10):
+            env.step(np.zeros(2, dtype=np.float32))
+        ends.append(env.scene().position)
+    np.testing.assert_array_equal(ends[0], ends[1])
+    assert (ends[0] != ends[2]).any()
+
+
+def test_arrival_terminates_and_pays() -> None:
+    env = make(weights=RewardWeights(forward=0.0))
+    env.reset(seed=0)
+    world = env.navigation.world
+    world.position[0, 0] = world.goal[0, 0] - [0.13, 0.0]
+    _, reward, terminated, truncated, info = env.step(to_goal(env))
+    assert (reward, terminated, truncated) == (80.0 - 0.25, True, False)
+    assert info["arrived"]
+    assert not info["collided"]
+
+
+def test_collision_terminates_and_costs() -> None:
+    env = make(weights=RewardWeights(forward=0.0))
+    env.reset(seed=0)
+    world = env.navigation.world
+    world.position[0, 0] = world.position[0, 2] + [0.0, 0.23]
+    _, reward, terminated, _, info = env.step(np.array([0.0, -0.2], dtype=np.float32))
+    assert (reward, terminated) == (-15.0 - 0.25, True)
+    assert info["collided"]
+    assert info["clearance"] < 0.0
+
+
+def test_progress_pays_by_the_metre() -> None:
+    env = make()
+    env.reset(seed=0)
+    _, reward, _, _, _ = env.step(to_goal(env))
+    assert reward == pytest.approx(3.0 * 0.04 - 0.25, abs=1e-6)
+
+
+def test_time_limit_truncates() -> None:
+    env = make(rules=envs.Rules(time_limit=0.4))
+    env.reset(seed=0)
+    steps = [env.step(np.zeros(2, dtype=np.float32)) for _ in range(2)]
+    assert [step[3] for step in steps] == [False, True]
+    assert not any(step[2] for step in steps)
+
+
+def test_picture_shows_the_present_moment() -> None:
+    env = make(render_mode="rgb_array")
+    env.reset(seed=0)
+    first = env.render()
+    env.step(to_goal(env))
+    second = env.render()
+    assert first is not None
+    assert second is not None
+    assert first.dtype == np.uint8
+    assert first.shape == second.shape
+    assert (first != second).any()
+    assert make().render() is None

@@ -1,0 +1,28 @@
+import numpy as np
+import pytest
+
+from envs import AfterArrival, Crossroad, Fleet, Navigation, Rules
+from envs.recording import Recorder, Recording
+
+
+def crossing(num_steps: int = 60, after_arrival: AfterArrival = AfterArrival.YIELD) -> Recording:
+    """Robots that meet in the middle after some 45 steps."""
+    fleet = Fleet.of(8, priority=[1.0, 4.0] * 4)
+    navigation = Navigation(Crossroad(), fleet, Rules(after_arrival=after_arrival))
+    navigation.reset(0)
+    recorder = Recorder(navigation.world, 0, navigation.rules.dt)
+    for _ in range(num_steps):
+        navigation.step(navigation.world.preferred_velocity())
+        recorder.record()
+    return recorder.recording()
+
+
+def test_recording_holds_the_start_and_every_step() -> None:
+    recording = crossing(num_steps=3)
+    assert recording.num_moments == 4
+    assert recording.num_robots == 8
+    np.testing.assert_allclose(recording.time, [0.0, 0.2, 0.4, 0.6])
+    step = np.linalg.norm(np.diff(recording.position, axis=0), axis=-1)
+    np.testing.assert_allclose(step, 0.04)
+    with pytest.raises(ValueError, match="read-only"):
+        recording.position[0] = 0.0

@@ -1,0 +1,46 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from envs.fleet import RADIUS
+from envs.scenarios import Circle, Crossroad, Placement, Scenario
+from safefilter.errors import OutOfRange
+
+SCENARIOS: list[Scenario] = [Crossroad(), Circle(2), Circle(12), Circle(200)]
+
+
+def place(scenario: Scenario, seed: int = 0) -> Placement:
+    return scenario.place(np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.parametrize("seed", range(5))
+def test_starts_and_goals_are_inside_the_window_and_apart(scenario: Scenario, seed: int) -> None:
+    placement = place(scenario, seed)
+    for point in (placement.start, placement.goal):
+        assert point.shape == (scenario.num_robots, 2)
+        assert (np.abs(point) <= scenario.half_extent).all()
+        distance = np.linalg.norm(point[:, np.newaxis] - point, axis=-1)
+        distance[np.diag_indices(len(point))] = np.inf
+        assert distance.min() > 2 * RADIUS
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_jitter_moves_every_start(scenario: Scenario) -> None:
+    first, second = place(scenario, 0), place(scenario, 1)
+    assert (first.start != second.start).any(axis=1).all()
+    np.testing.assert_array_equal(first.goal, second.goal)
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: Crossroad(road_width=0.0), "road_width: expected a number above 0"),
+        (lambda: Circle(1), "num_robots: expected 2 or more, got 1"),
+        (lambda: Circle(spacing=-1.0), "spacing: expected a number above 0"),
+    ],
+)
+def test_impossible_sizes_are_refused(build: Callable[[], Scenario], message: str) -> None:
+    with pytest.raises(OutOfRange, match=message):
+        build()

@@ -1,0 +1,32 @@
+import numpy as np
+
+from envs.fleet import Fleet
+from envs.world import World, full_speed
+
+
+def test_snapshot_keeps_its_moment() -> None:
+    world = World.empty(2, Fleet.of(3))
+    before = world.snapshot()
+    world.position[...] = 7.0
+    world.arrived[0, 1] = True
+    assert (before.position == 0.0).all()
+    assert not before.arrived.any()
+
+
+def test_robots_are_under_way_until_they_arrive_or_collide() -> None:
+    world = World.empty(1, Fleet.of(4))
+    assert not world.active.any()
+    world.present[...] = True
+    world.arrived[0, 1] = True
+    world.collided[0, 2] = True
+    assert world.active.tolist() == [[True, False, False, True]]
+
+
+def test_preferred_velocity_points_to_the_goal_at_full_speed() -> None:
+    world = World.empty(1, Fleet.of(2, v_max=[0.5, 1.0]))
+    world.goal[0] = [[3.0, 4.0], [0.0, -2.0]]
+    np.testing.assert_allclose(world.preferred_velocity(), [[[0.3, 0.4], [0.0, -1.0]]], atol=1e-16)
+
+
+def test_no_direction_means_no_speed() -> None:
+    np.testing.assert_array_equal(full_speed(np.zeros((2, 2)), np.ones(2)), np.zeros((2, 2)))
