@@ -13,6 +13,7 @@ from time import perf_counter
 
 import numpy as np
 import tyro
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, track
 from rich.table import Table
@@ -25,6 +26,7 @@ from envs.trajectory_figure import write_trajectories
 from policies import Policy, Ramming, StraightToGoal, UniformRandom
 from policies.rollout import Rollout, roll_out
 from safefilter import Holonomic, PriorityORCA, SafetyFilter, Separation
+from safefilter.arrays import FloatArray
 
 POLICIES: tuple[Policy, ...] = (StraightToGoal(), UniformRandom(), Ramming())
 # One robot of high and one of low priority in each arm, left and right in turn.
@@ -84,7 +86,8 @@ def main(settings: Settings, console: Console) -> None:
         [PriorityORCA(time_horizon=2.0), Separation(dt=rules.dt)], Holonomic(v_max=MAX_SPEED)
     )
     results = _run_all(settings, rules, safety_filter, console)
-    console.print(_table(results, settings))
+    console.print(_outcome_table(results, settings))
+    console.print(_decision_table(results))
     console.print(_priority_table(results))
     for path in _write_pictures(results, settings, console):
         console.print(f"wrote {path} ({path.stat().st_size / 1e6:.1f} MB)", highlight=False)
@@ -101,8 +104,10 @@ def _trials() -> Iterator[Trial]:
 def _run_all(
     settings: Settings, rules: Rules, safety_filter: SafetyFilter, console: Console
 ) -> dict[Trial, Rollout]:
-    with console.status("compiling the kernels; they are kept on disk for the next time ..."):
-        _run(Trial(POLICIES[0], "mixed", "on"), Settings(steps=2, worlds=1), rules, safety_filter)
+    console.print(
+        "compiling the kernels (half a minute; they are kept on disk for the next time) ..."
+    )
+    _run(Trial(POLICIES[0], "mixed", "on"), Settings(steps=2, worlds=1), rules, safety_filter)
     columns = (
         TextColumn("{task.description:<36}"),
         BarColumn(),
@@ -133,62 +138,73 @@ def _run(trial: Trial, settings: Settings, rules: Rules, safety_filter: SafetyFi
     )
 
 
-def _table(results: dict[Trial, Rollout], settings: Settings) -> Table:
+def _outcome_table(results: dict[Trial, Rollout], settings: Settings) -> Table:
     num_robots = next(iter(results.values())).summary.num_robots
-    table = Table(
-        title=f"Crossroad: {num_robots} robots in {settings.worlds} worlds, at most "
-        f"{settings.steps * Rules().dt:.0f} s",
-        caption="min. clearance: least free distance within any step, negative if discs entered each other. "
-        "cases: safe as it is / projected / least violation (Alg. 2).",
+    table = _empty_table(
+        f"What happened to {num_robots} robots within {settings.steps * Rules().dt:.0f} s "
+        f"(crossroads: {settings.worlds})",
+        "clearance: least free distance inside any step; negative: discs would overlap",
+        ("policy", "priority", "filter"),
+        ("collided\n(pairs)", "clearance\n(mm)", "success\n(%)", "time to\ngoal (s)"),
     )
-    for header in ("policy", "priorities", "filter"):
-        table.add_column(header, no_wrap=True)
-    for header in (
-        "robots\ncollided",
-        "contacts",
-        "min. clear-\nance (mm)",
-        "success\n(%)",
-        "time to\ngoal (s)",
-        "inter-\nvened (%)",
-        "cases\n1 / 2 / 3 (%)",
-        "time of a\ndecision (us)",
-    ):
-        table.add_column(header, justify="right", no_wrap=True)
     for trial, result in results.items():
         summary = result.summary
-        collided = f"{summary.num_collided}"
-        is_last = (trial.priorities, trial.filtering) == ("mixed", "on")
+        colour = "red" if summary.num_collided else "green"
         table.add_row(
             trial.policy.name,
             trial.priorities,
             trial.filtering,
-            f"[bold red]{collided}[/]" if summary.num_collided else f"[bold green]{collided}[/]",
-            f"{summary.num_contacts}",
+            f"[bold {colour}]{summary.num_collided} ({summary.num_contacts})[/]",
             f"{1000.0 * summary.min_clearance:.3f}",
-            f"{100.0 * summary.success_rate:.0f}",
+            f"{100.0 * summary.success_rate:.1f}",
             _number(summary.mean_time, ".1f"),
-            _number(100.0 * summary.intervention_rate, ".0f"),
-            _cases(summary.case_rates),
+            end_section=(trial.priorities, trial.filtering) == ("mixed", "on"),
+        )
+    return table
+
+
+def _decision_table(results: dict[Trial, Rollout]) -> Table:
+    table = _empty_table(
+        "What the filter decided for robots under way",
+        "cases of Alg. 2: safe as it is, projected, least violation",
+        ("policy", "priority"),
+        (
+            "changed\n(%)",
+            "case 1\n(%)",
+            "case 2\n(%)",
+            "case 3\n(%)",
+            "decision\n(us)",
+        ),
+    )
+    for trial, result in results.items():
+        if trial.filtering == "off":
+            continue
+        table.add_row(
+            trial.policy.name,
+            trial.priorities,
+            _number(100.0 * result.summary.intervention_rate, ".1f"),
+            *(_number(100.0 * rate, ".1f") for rate in result.summary.case_rates),
             _number(1e6 * result.decision_time, ".1f"),
-            end_section=is_last,
+            end_section=trial.priorities == "mixed",
         )
     return table
 
 
 def _priority_table(results: dict[Trial, Rollout]) -> Table:
-    table = Table(title="Straight to goal through the filter: mean time to goal by priority (s)")
-    table.add_column("priorities")
     levels = np.unique(PRIORITIES["mixed"])
-    for level in levels:
-        table.add_column(f"priority {level:g}", justify="right")
+    table = _empty_table(
+        "What priority buys straight to goal: mean time to goal (s)",
+        "the same robots in both lines: read from top to bottom",
+        ("robots of ...",),
+        tuple(f"priority {level:g}" for level in levels),
+    )
     for trial, result in results.items():
         if trial.policy.name != StraightToGoal.name or trial.filtering == "off":
             continue
-        # The same robots in both lines: their starts differ, so a column is to be read from top to bottom.
         means = [
             _mean(result.arrival_time[:, np.equal(PRIORITIES["mixed"], level)]) for level in levels
         ]
-        label = "mixed" if trial.priorities == "mixed" else "all equal"
+        label = "when all count the same" if trial.priorities == "equal" else "when it counts"
         table.add_row(label, *(_number(mean, ".1f") for mean in means))
     return table
 
@@ -197,7 +213,7 @@ def _write_pictures(
     results: dict[Trial, Rollout], settings: Settings, console: Console
 ) -> Iterator[Path]:
     pair = [
-        (f"filter {trial.filtering}", result.recording)
+        (f"{trial.policy.name}, filter {trial.filtering}", result.recording)
         for trial, result in results.items()
         if (trial.policy.name, trial.priorities) == PICTURED
     ]
@@ -223,15 +239,27 @@ def _last_change(recording: Recording) -> int:
     return int(done.argmax()) if done.any() else recording.num_moments - 1
 
 
-def _mean(times: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
+def _empty_table(
+    title: str, caption: str, texts: tuple[str, ...], numbers: tuple[str, ...]
+) -> Table:
+    """Table with the headers of columns of text, then of numbers; narrow enough for 80 characters."""
+    table = Table(
+        title=f"\n[bold]{title}[/]",
+        caption=caption,
+        box=SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+    )
+    for header in texts:
+        table.add_column(header, no_wrap=True)
+    for header in numbers:
+        table.add_column(header, justify="right", no_wrap=True)
+    return table
+
+
+def _mean(times: FloatArray) -> float:
     arrived = times[~np.isnan(times)]
     return float(arrived.mean()) if len(arrived) else math.nan
-
-
-def _cases(rates: tuple[float, float, float]) -> str:
-    if math.isnan(rates[0]):
-        return "-"
-    return " / ".join(f"{100.0 * rate:.1f}" for rate in rates)
 
 
 def _number(value: float, form: str) -> str:

@@ -11,7 +11,7 @@ from safefilter.arrays import FloatArray
 class Ramming:
     """Aims at the centre of the nearest robot that still moves."""
 
-    name = "ramming the nearest"
+    name = "ramming"
 
     def act(self, world: World, _rng: np.random.Generator, /) -> FloatArray:
         """Velocities towards the nearest robots, shape (W, N, 2), in m/s; zero where there is nobody left."""

@@ -11,7 +11,7 @@ from safefilter.arrays import FloatArray
 class UniformRandom:
     """Draws from all velocities that a robot can drive, each as likely as any other."""
 
-    name = "uniformly random"
+    name = "random"
 
     def act(self, world: World, rng: np.random.Generator, /) -> FloatArray:
         """Velocities drawn uniformly from the disc of radius v_max, shape (W, N, 2), in m/s."""

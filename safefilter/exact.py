@@ -25,9 +25,14 @@ Matrix = list[Vector]
 
 ZERO = Fraction(0)
 
-# A linear program is solved as the quadratic one that is this flat. Below a threshold that depends on the program the
-# optimum is the same (Mangasarian and Meyer 1979), and rationals do not mind small numbers.
-FLATNESS = Fraction(1, 2**60)
+# Rows at an angle with a smaller squared sine are not both taken for active at the start: two that are parallel but
+# for rounding meet anywhere, and say nothing of where. The steps still reach their corner if both are needed.
+PARALLEL = Fraction(1, 10**12)
+
+# A linear program is solved as the quadratic one that is this flat, around the point given. Its optimum is one of the
+# linear program (Mangasarian and Meyer 1979), but for slopes below this times the distance to the point: those come
+# from the last bits of normals, and without this they would send the point to the far end of the permitted set.
+FLATNESS = Fraction(1, 2**40)
 
 
 class Outcome(Enum):
@@ -151,14 +156,17 @@ def inverse_of(P: FloatArray) -> Matrix:
 
 
 def independent_rows(program: RationalProgram, candidates: Iterable[int]) -> list[int]:
-    """Keep the first candidates that are linearly independent of those before, at most n."""
+    """Keep candidates that are clearly independent of those kept before, at most n; see `PARALLEL`."""
     chosen: list[int] = []
     for row in candidates:
         if len(chosen) == len(program.q):
             break
-        trial = [*chosen, row]
-        if solve_definite(_schur(program, trial), [[ZERO] * len(trial)]):
-            chosen = trial
+        push = times(program.inverse, program.G[row])
+        across = [dot(program.G[other], push) for other in chosen]
+        size = dot(program.G[row], push)
+        shared = solve_definite(_schur(program, chosen), [across])[0] if chosen else []
+        if size - dot(across, shared) > PARALLEL * size:
+            chosen.append(row)
     return chosen
 
 

@@ -189,7 +189,7 @@ def _distance_complaint(
     rows: RationalProgram, point: Vector, guess: list[int], slack: Vector, tolerance: float
 ) -> str:
     """Compare x with the exact optimum."""
-    allowed = Fraction(CHECKED_ROUND_OFF) * max(1, *map(abs, point))
+    allowed = Fraction(CHECKED_ROUND_OFF) * max(Fraction(1), *map(abs, point))
     answer = settle(rows, guess, _max_steps(rows), allowed)
     if answer.outcome is Outcome.CONTRADICTION:
         # Rows that miss each other by less than the tolerance: judged as if all were relaxed by what x violates.

@@ -19,6 +19,7 @@ import numpy as np
 from safefilter.arrays import FloatArray
 from safefilter.backends.backend import Solution, Status
 from safefilter.exact import (
+    PARALLEL,
     Outcome,
     RationalProgram,
     nearest_float,
@@ -28,6 +29,7 @@ from safefilter.exact import (
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.residuals import (
     ROUND_OFF,
+    Residuals,
     allowance,
     complaint,
     least_curvature,
@@ -61,8 +63,8 @@ def polish(program: ConvexProgram, solution: Solution, *, tolerance: float) -> S
 
     Returns:
         The improved answer with multipliers on its active rows and zeros elsewhere, `Status.OPTIMAL`. The original,
-        unchanged, if it holds no point, is no worse already, or is not near the optimum of its neighbourhood. Of a
-        linear program with several optima the result is one near the given point.
+        unchanged, if it holds no point, is no worse already, or is not near an optimum on those rows or ones a few
+        steps away. Of a linear program with several optima the result is one near the given point.
     """
     x = solution.x
     if not solution.status.has_point or x.shape != (program.num_variables,):
@@ -72,13 +74,19 @@ def polish(program: ConvexProgram, solution: Solution, *, tolerance: float) -> S
         # The square too: without it no residual can be computed.
         if not np.isfinite(x @ x) or (curvature <= 0.0 and not program.is_linear):
             return solution
-        guess = likely_active(program, solution)
+        guess = _independent(program, likely_active(program, solution))
         improved = _direct(program, guess) or _stepped(program, x, guess)
-        if not improved or _is_far(program, x, improved[0]):
+        if not improved:
+            return solution
+        before = _residuals(program, solution, curvature)
+        # Rows that are nearly opposite let a point far from the optimum pass within the tolerance: then it may move
+        # far, and no wrong answer is covered up.
+        passes = not complaint(before, allowance(program, x, curvature, tolerance))
+        if not passes and _is_far(program, x, improved[0]):
             return solution
         after = measure(program, *improved, curvature, math.inf)
         wrong = complaint(after, allowance(program, improved[0], curvature, tolerance))
-        if wrong or _worst_residual(program, solution, curvature) <= max(after):
+        if wrong:
             return solution
     return replace(solution, status=Status.OPTIMAL, x=improved[0], multipliers=improved[1])
 
@@ -98,11 +106,27 @@ def likely_active(program: ConvexProgram, solution: Solution) -> list[int]:
     return [row for row in order.tolist() if score[row] > 0.0]
 
 
+def _independent(program: ConvexProgram, candidates: list[int]) -> list[int]:
+    """Keep candidates that are clearly independent of those kept before, at most n, by Gram and Schmidt."""
+    chosen: list[int] = []
+    basis = np.zeros((program.num_variables, program.num_variables))
+    for row in candidates:
+        if len(chosen) == program.num_variables:
+            break
+        normal = program.G[row]
+        rest = normal - (basis @ normal) @ basis
+        size = float(rest @ rest)
+        if size > float(PARALLEL) * float(normal @ normal):
+            basis[len(chosen)] = rest / math.sqrt(size)
+            chosen.append(row)
+    return chosen
+
+
 def _direct(program: ConvexProgram, guess: list[int]) -> Improved | tuple[()]:
     """Point and multipliers by one small dense solve; nothing if rows turn out wrong, or nearly dependent."""
     n = program.num_variables
     # In the order of the program: backends that agree on the rows then agree on every bit.
-    rows = sorted(guess[:n])
+    rows = sorted(guess)
     while True:
         if program.is_linear and len(rows) < n:
             return ()
@@ -156,7 +180,8 @@ def _stepped(program: ConvexProgram, x: FloatArray, guess: list[int]) -> Improve
     multipliers = np.zeros(program.num_rows)
     for row, value in answer.multipliers.items():
         multipliers[row] = nearest_float(value)
-    return np.array([nearest_float(value) for value in answer.x]), multipliers
+    rounded = np.array([nearest_float(value) for value in answer.x]), multipliers
+    return _direct(program, list(answer.multipliers)) or rounded
 
 
 def _round_off(x: FloatArray) -> float:
@@ -172,10 +197,11 @@ def _is_far(program: ConvexProgram, x: FloatArray, improved: FloatArray) -> bool
     return not math.sqrt(float(move @ move)) <= limit
 
 
-def _worst_residual(program: ConvexProgram, solution: Solution, curvature: float) -> float:
-    """Largest residual of the original answer; infinite if it has no usable multipliers."""
+def _residuals(program: ConvexProgram, solution: Solution, curvature: float) -> Residuals:
+    """Residuals of the original answer; infinite if it has no usable multipliers."""
     multipliers = solution.multipliers
-    if multipliers.shape != (program.num_rows,) or not multipliers.min(initial=0.0) >= 0.0:
-        return math.inf
-    worst = max(measure(program, solution.x, multipliers, curvature, math.inf))
-    return worst if math.isfinite(worst) else math.inf
+    if multipliers.shape == (program.num_rows,) and multipliers.min(initial=0.0) >= 0.0:
+        residuals = measure(program, solution.x, multipliers, curvature, math.inf)
+        if np.isfinite(residuals).all():
+            return residuals
+    return Residuals(math.inf, math.inf, math.inf, math.inf)

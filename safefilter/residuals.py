@@ -25,8 +25,8 @@ from safefilter.programs.convex_program import ConvexProgram
 ROUNDING = 1e-13
 
 # Violation that counts as none when the active rows are decided, relative to x where that is longer than 1: eight
-# roundings. Two rows that touch back to back leave a line to slide along in floats; the last bit of a normal would close
-# it. Exact checks of an answer allow sixteen times as much, so that they decide as those that made the answer did.
+# roundings. Two rows that touch back to back leave a line to slide along in floats; the last bit of a normal would
+# close it. Exact checks of an answer allow more, so that they decide as those that made the answer did.
 ROUND_OFF = 2.0**-50
 CHECKED_ROUND_OFF = 2.0**-46
 

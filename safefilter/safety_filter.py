@@ -28,6 +28,7 @@ from safefilter.batch import (
     finish_batch,
     outcome_of,
 )
+from safefilter.certificate import Certificate
 from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.priority_orca import NO_ORCA, PriorityORCA
 from safefilter.constraints.row_buffers import half_spaces_from_rows
@@ -35,6 +36,7 @@ from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import NO_SEPARATION, Separation
 from safefilter.constraints.user_rows import user_rows
 from safefilter.decision import Case, Decision, Fault
+from safefilter.decision_check import check_decision, refused
 from safefilter.errors import EmptyHardSet, InvalidInput, NotCooperative, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import source_of
@@ -168,6 +170,56 @@ class SafetyFilter:
         """Show the rows that `decide` works with; arguments and errors as there."""
         rows, _, _ = self._rows(self._problem(scene, np.asarray(action), index))
         return rows
+
+    def certify(
+        self,
+        scene: Scene,
+        action: npt.ArrayLike,
+        decision: Decision,
+        *,
+        exact: bool = False,
+    ) -> tuple[Certificate, ...]:
+        """Check decisions again: their proofs, their last word, and the hard rows on what executes.
+
+        Args:
+            scene: The scene they were made in.
+            action: The wanted velocities, shape (B, 2), in m/s.
+            decision: What `decide` returned.
+            exact: Check the proofs in rational arithmetic, some hundred times slower.
+
+        Returns:
+            One certificate a decision: valid only if everything holds. A robot whose fault left no proof (an empty
+            hard set, a stalled solver) has none.
+
+        Raises:
+            InvalidInput: As `decide`.
+        """
+        given = np.asarray(action)
+        problem = self._problem(scene, given, decision.index)
+        np.nan_to_num(problem.wanted, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+        rows, array, sections = self._rows(problem)
+        results = Results.empty(len(decision))
+        again = _name_columns(results)
+        again.velocity[:] = decision.velocity
+        options = self._options(is_single=decision.action.dtype == np.float32)
+        finish_batch(problem, options, results, array, sections)
+        targets = self.biased(problem.wanted)
+        limit = self._kinematics.speed_limit(scene)[problem.index]
+        certificates = []
+        for k in range(len(decision)):
+            target = problem.wanted if decision.case[k] == Case.SAFE else targets
+            if not again.certified[k]:
+                certificate = refused("the hard rows do not hold on what executes", exact=exact)
+            elif (again.action[k] != decision.action[k]).any():
+                certificate = refused(
+                    "the action is not the last word on the velocity", exact=exact
+                )
+            else:
+                certificate = check_decision(
+                    rows, target, decision, k, float(limit[k]), exact=exact
+                )
+            certificates.append(certificate)
+        return tuple(certificates)
 
     def program(self, scene: Scene, action: npt.ArrayLike, index: int) -> ConvexProgram:
         """Show the Case-2 program of one robot, Eq. (17): print it, replay it, hand it to a solver of your own.

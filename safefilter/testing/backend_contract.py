@@ -36,7 +36,8 @@ MakeBackend = Callable[[], Backend]
 # The tolerance to make backends with when they are checked.
 CONTRACT_TOLERANCE = 1e-9
 # How near a point must be, in the unit of the variables, of size 1 here. Solvers stop at residuals: active rows of
-# condition 100 and a duality gap of 1e-13 each leave some 1e-7 in the point. Polishing on the active rows does the rest.
+# condition 100 and a duality gap of 1e-13 each leave some 1e-7 in the point. Polishing on the active rows does the
+# rest.
 ACCURACY = 1e-6
 # Residuals of rows and of the KKT equations are what solvers stop at; some scale them, some sum them over rows.
 RESIDUAL = 1e-7

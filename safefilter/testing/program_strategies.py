@@ -92,10 +92,9 @@ def second_stage_programs(draw: st.DrawFn) -> SecondStage:
         G=np.vstack([np.column_stack([G, lift]), [0.0, 0.0, -1.0]]),
         h=np.append(h, 0.0),
     )
-    corner = exact_least_violation(first)
-    if corner is None:
-        raise AssertionError("the hard polygon is bounded and holds 0")
-    relaxed = h - lift * (float(corner[2]) + DELTA)
+    # There is a corner: the hard polygon is bounded and holds 0.
+    *_, least = exact_least_violation(first) or ()
+    relaxed = h - lift * (float(least) + DELTA)
     second = ConvexProgram(P=np.eye(2), q=-_wanted(draw), G=G, h=relaxed)
     return SecondStage(first, second, SIDES)
 

@@ -107,7 +107,7 @@ def test_arrival_terminates_and_pays() -> None:
     env = make(weights=RewardWeights(forward=0.0))
     env.reset(seed=0)
     world = env.navigation.world
-    world.position[0, 0] = world.goal[0, 0] - [0.13, 0.0]
+    world.goal[0, 0] = world.position[0, 0] + [0.13, 0.0]
     _, reward, terminated, truncated, info = env.step(to_goal(env))
     assert (reward, terminated, truncated) == (80.0 - 0.25, True, False)
     assert info["arrived"]

@@ -1,3 +1,4 @@
+import re
 from io import StringIO
 from pathlib import Path
 
@@ -7,33 +8,41 @@ from rich.console import Console
 
 from policies.demo import Settings, main
 
+pytestmark = pytest.mark.stress
+
 
 @pytest.fixture(scope="module")
 def printed(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     out = tmp_path_factory.mktemp("demo")
     text = StringIO()
-    main(Settings(out=out, quick=True), Console(file=text, width=140))
+    main(Settings(out=out, quick=True), Console(file=text, width=80))
     return text.getvalue(), out
 
 
 def rows(text: str, filtering: str) -> list[list[str]]:
-    """Cells of the lines of the first table."""
-    lines = [[cell.strip() for cell in line.strip("│┃ ").split("│")] for line in text.splitlines()]
-    return [line for line in lines if len(line) > 8 and line[2] == filtering]
+    """Cells of the lines of the first table, with the count of pairs apart."""
+    lines = [re.split(r"\s{2,}|\s\(", line.strip()) for line in text.splitlines()]
+    return [line for line in lines if len(line) == 8 and line[2] == filtering]
 
 
 def test_filter_leaves_no_collision_in_any_line(printed: tuple[str, Path]) -> None:
     on = rows(printed[0], "on")
     assert len(on) == 6
-    assert all(line[3] == "0" and line[4] == "0" for line in on)
+    assert all(line[3:5] == ["0", "0)"] for line in on)
     assert all(float(line[5]) > 0.0 for line in on)
 
 
 def test_without_it_robots_collide(printed: tuple[str, Path]) -> None:
     off = rows(printed[0], "off")
     assert len(off) == 6
-    assert sum(int(line[3]) for line in off) > 20
+    assert all(float(line[5]) < 0.0 for line in off if line[3] != "0")
     assert [line[0] for line in off if line[3] == "8"].count("straight to goal") == 2
+
+
+def test_tables_fit_a_terminal_of_eighty_columns(printed: tuple[str, Path]) -> None:
+    tables = printed[0].partition("wrote")[0]
+    assert max(len(line.rstrip()) for line in tables.splitlines()) <= 80
+    assert "…" not in tables
 
 
 def test_animation_moves_and_is_small(printed: tuple[str, Path]) -> None:

@@ -6,6 +6,8 @@ from envs import Crossroad, Fleet, Navigation, Rules
 from policies import Policy, Ramming, StraightToGoal, UniformRandom
 from policies.rollout import Rollout, roll_out
 
+pytestmark = pytest.mark.stress
+
 POLICIES: list[Policy] = [StraightToGoal(), UniformRandom(), Ramming()]
 
 

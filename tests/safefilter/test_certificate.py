@@ -38,9 +38,7 @@ exactness = pytest.mark.parametrize("exact", [False, True], ids=["floats", "exac
 directions = st.floats(0.0, 6.28).map(lambda angle: np.array([np.cos(angle), np.sin(angle)]))
 
 
-def answer(
-    x: FloatArray, multipliers: FloatArray, status: Status = Status.OPTIMAL
-) -> Solution:
+def answer(x: FloatArray, multipliers: FloatArray, status: Status = Status.OPTIMAL) -> Solution:
     return Solution(status, np.array(x), np.array(multipliers), 0.0, 0.0)
 
 
@@ -217,7 +215,7 @@ def test_a_contradictory_program_called_optimal_is_refused(
     drawn: tuple[ConvexProgram, FloatArray], exact: bool
 ) -> None:
     program, multipliers = drawn
-    x = np.linalg.lstsq(program.G[SIDES:], program.h[SIDES:])[0]
+    x = np.array(np.linalg.lstsq(program.G[SIDES:], program.h[SIDES:])[0], dtype=np.float64)
     assert not certify(program, answer(x, multipliers), exact=exact)
     assert not certify(program, answer(x, cheapest_multipliers(program, x)), exact=exact)
 
@@ -266,9 +264,7 @@ def test_rows_that_meet_far_away_contradict_each_other_in_floats_only() -> None:
     assert certify(program, fake)
     assert certify(program, fake, radius=100.0, exact=True)
     refused = certify(program, fake, exact=True)
-    assert refused.reason == (
-        "the rows named do not contradict each other exactly: pass a radius"
-    )
+    assert refused.reason == ("the rows named do not contradict each other exactly: pass a radius")
 
 
 @given(stages=second_stage_programs())
@@ -396,9 +392,7 @@ def test_hostile_numbers_make_an_invalid_certificate_and_no_exception(
     status=st.sampled_from(Status),
     radius=st.sampled_from([1.0, math.inf]),
 )
-def test_no_number_raises(
-    numbers: list[float], status: Status, radius: float, exact: bool
-) -> None:
+def test_no_number_raises(numbers: list[float], status: Status, radius: float, exact: bool) -> None:
     hostile = answer(np.array(numbers[:2]), np.array(numbers[2:]), status)
     # The wanted point is outside: nothing but its neighbourhood may pass.
     certificate = certify(box((2.0, 0.0)), hostile, radius=radius, exact=exact)
@@ -406,13 +400,8 @@ def test_no_number_raises(
 
 
 def test_single_precision_is_refused_rather_than_judged_at_double() -> None:
-    hostile = Solution(
-        Status.OPTIMAL,
-        np.array([1.0, 0.0], dtype=np.float32),  # type: ignore[arg-type]  # a careless backend
-        np.array([1.0, 0.0, 0.0, 0.0]),
-        0.0,
-        0.0,
-    )
+    good = answer(np.array([1.0, 0.0]), np.array([1.0, 0.0, 0.0, 0.0]))
+    hostile = replace(good, x=good.x.astype(np.float32))
     refused = certify(box((2.0, 0.0)), hostile)
     assert refused.reason == "x: expected float64 of shape (2,), got float32 of (2,)"
 

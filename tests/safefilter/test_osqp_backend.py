@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import osqp
 import pytest
@@ -97,3 +99,23 @@ def test_what_osqp_raises_keeps_the_program(monkeypatch: pytest.MonkeyPatch) -> 
         Osqp(1e-9).solve(program)
     assert caught.value.program is program
     assert caught.value.status is Status.FAILED
+
+
+@pytest.mark.parametrize(
+    ("weights", "status"), [([1.0, 1.0], Status.INFEASIBLE), ([1.0, 0.0], Status.FAILED)]
+)
+def test_infeasible_with_a_rough_proof_counts_only_if_the_proof_holds(
+    weights: list[float], status: Status, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = SimpleNamespace(
+        info=SimpleNamespace(status_val=osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE_INACCURATE),
+        prim_inf_cert=np.array(weights),
+    )
+    monkeypatch.setattr(osqp.OSQP, "solve", lambda *_, **__: said)
+    apart = ConvexProgram(
+        P=np.eye(2),
+        q=np.zeros(2),
+        G=np.array([[1.0, 0.0], [-1.0, 0.0]]),
+        h=np.array([-0.1, -0.1]),
+    )
+    assert Osqp(1e-9).solve(apart).status is status

@@ -155,6 +155,18 @@ def test_two_rows_back_to_back_leave_a_line_to_slide_along() -> None:
         assert certify(program, polished, exact=True)
 
 
+def test_a_far_point_that_passes_between_nearly_opposite_rows_moves_to_the_optimum() -> None:
+    # The corner is at 0; at 0.2 along the first row the second one is violated by 2e-10 only.
+    G = np.array([[1.0, 0.0], [-1.0, 1e-9]])
+    program = ConvexProgram(np.eye(2), np.array([-0.125, -0.2]), G, np.zeros(2))
+    loose = answer(np.array([0.0, 0.2]), np.array([0.125, 0.0]))
+    assert certify(program, loose)
+    assert not certify(program, loose, exact=True)
+    polished = polish(program, loose, tolerance=TOLERANCE)
+    assert np.abs(polished.x).max() <= 1e-15
+    assert certify(program, polished, exact=True)
+
+
 def test_an_answer_that_is_exact_already_is_returned_itself() -> None:
     program = ConvexProgram(np.eye(2), np.array([-2.0, 0.0]), np.eye(2), np.ones(2))
     exact = answer(np.array([1.0, 0.0]), np.array([1.0, 0.0]))
@@ -175,7 +187,7 @@ def test_a_wrong_point_stays_wrong(program: ConvexProgram, angle: float, away: f
 def test_a_wrong_least_violation_stays_wrong(stages: SecondStage, shift: float, sign: int) -> None:
     corner = exact_least_violation(stages.first)
     assert corner is not None
-    x = np.array(corner, dtype=np.float64) + [0.0, 0.0, sign * shift]
+    x = np.array(corner, dtype=np.float64) + np.array([0.0, 0.0, sign * shift])
     wrong = answer(x, np.full(stages.first.num_rows, np.nan))
     assert polish(stages.first, wrong, tolerance=TOLERANCE) is wrong
 
@@ -203,9 +215,7 @@ def test_an_answer_without_a_usable_point_is_returned_itself(
 def test_a_program_that_is_neither_linear_nor_strictly_convex_is_left_alone(
     curvature: float,
 ) -> None:
-    program = ConvexProgram(
-        np.diag([1.0, curvature]), np.array([-2.0, 0.0]), np.eye(2), np.ones(2)
-    )
+    program = ConvexProgram(np.diag([1.0, curvature]), np.array([-2.0, 0.0]), np.eye(2), np.ones(2))
     rough = answer(np.array([1.0, 1e-4]), np.array([1.0, 0.0]))
     assert polish(program, rough, tolerance=TOLERANCE) is rough
 
@@ -227,9 +237,7 @@ def test_the_number_of_steps_is_bounded() -> None:
     # A polygon of a thousand sides around x: nothing is known of the rows, and x sits at a distance where none is near.
     angles = np.linspace(0.0, 2.0 * np.pi, 1001)[:-1]
     G = np.column_stack([np.cos(angles), np.sin(angles)])
-    spread = replace(
-        answer(np.zeros(2), np.full(1000, np.nan)), multipliers=np.full(1000, np.nan)
-    )
+    spread = replace(answer(np.zeros(2), np.full(1000, np.nan)), multipliers=np.full(1000, np.nan))
     program = ConvexProgram(np.eye(2), np.array([-3.0, -1.0]), G, np.full(1000, 1e-2))
     assert polish(program, spread, tolerance=TOLERANCE) is spread
 

@@ -1,0 +1,94 @@
+"""Check a decision again, from its scene, without the kernel that made it and without any solver.
+
+Letters: B decisions, M rows, d dimensions. m/s.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.backends.backend import Solution, Status
+from safefilter.certificate import Certificate, Claim, certify
+from safefilter.decision import Case, Decision
+from safefilter.half_spaces import HalfSpaces
+from safefilter.programs.least_violation import least_violation
+from safefilter.programs.nearest_velocity import nearest_velocity
+
+
+def check_decision(
+    rows: HalfSpaces,
+    wanted: FloatArray,
+    decision: Decision,
+    k: int,
+    radius: float,
+    *,
+    exact: bool,
+) -> Certificate:
+    """Check what decision k claims of its velocity, by its multipliers and proof alone.
+
+    Case-1 claims that the wanted velocity itself is permitted, Case-2 that no permitted velocity is nearer to it,
+    Case-3 that none is permitted, that none violates less, and that of those no other is nearer.
+
+    Args:
+        rows: Permitted sets of the batch.
+        wanted: Target of the programs, shape (B, d): the wanted velocities, turned by the right bias outside Case-1.
+        decision: The decisions.
+        k: Which one.
+        radius: Bound on the length of velocities within the hard rows.
+        exact: Check in rational arithmetic.
+
+    Returns:
+        The certificate of the projection, or in Case-3 of t* if that one fails.
+    """
+    labels = rows.labels[k][rows.present[k]]
+    case = Case(int(decision.case[k]))
+    relaxation = 0.0
+    if case is Case.LEAST_VIOLATION:
+        relaxation = float(decision.violation[k])
+        weights = _on_rows(labels, decision.proof[k], decision.proof_multipliers[k])
+        bound = certify(
+            least_violation(rows, k),
+            _answer(np.append(decision.velocity[k], relaxation), np.append(weights, 0.0)),
+            radius=radius,
+            exact=exact,
+        )
+        if not bound:
+            return bound
+        if not float(weights.sum()) > 0.0:
+            return refused("Case-3 comes with no proof that the permitted set is empty", exact=exact)
+    multipliers = _on_rows(labels, decision.active[k], decision.multipliers[k])
+    if case is Case.SAFE and multipliers.any():
+        return refused("Case-1 holds the wanted velocity, but comes with multipliers", exact=exact)
+    return certify(
+        nearest_velocity(rows, k, wanted[k], relaxation),
+        _answer(decision.velocity[k].copy(), multipliers),
+        radius=radius,
+        exact=exact,
+    )
+
+
+def refused(reason: str, *, exact: bool) -> Certificate:
+    """A certificate that is not valid."""
+    return Certificate(
+        False, Claim.OPTIMAL, exact, math.nan, math.nan, math.nan, math.nan, reason
+    )
+
+
+def _answer(x: FloatArray, multipliers: FloatArray) -> Solution:
+    return Solution(Status.OPTIMAL, x, multipliers, 0.0, 0.0)
+
+
+def _on_rows(labels: IntArray, named: IntArray, weights: FloatArray) -> FloatArray:
+    """Spread weights from labels to rows; a label that no row has makes them NaN, which no check accepts."""
+    spread = np.zeros(len(labels))
+    for label, weight in zip(named, weights, strict=True):
+        if label[0] < 0:
+            continue
+        place = np.flatnonzero((labels == label).all(axis=1))
+        spread[place[:1]] += weight
+        if len(place) == 0:
+            spread[:] = math.nan
+    return spread
