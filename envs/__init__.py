@@ -6,7 +6,8 @@ Importing this registers the Gymnasium environments ``envs:Crossroad-v0`` and ``
 import gymnasium
 
 from envs.fleet import Fleet
-from envs.navigation import Navigation, Outcome
+from envs.navigation import Navigation
+from envs.outcome import Outcome
 from envs.rules import AfterArrival, Rules
 from envs.scenarios import Circle, Crossroad
 from envs.world import World

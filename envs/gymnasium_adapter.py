@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from envs.fleet import Fleet
-from envs.navigation import Navigation, Outcome
+from envs.navigation import Navigation
 from envs.observation import observation_size, observe
+from envs.outcome import Outcome
 from envs.recording import Recorder
 from envs.reward import (
     RewardWeights,

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from envs.navigation import Outcome
+from envs.outcome import Outcome
 from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.decision import Case, Decision

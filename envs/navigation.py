@@ -5,41 +5,19 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
 from envs.collision import CONTACT_TOLERANCE, Contacts, find_contacts
 from envs.dynamics import executable_velocity
 from envs.fleet import Fleet
+from envs.outcome import Outcome
 from envs.rules import AfterArrival, Rules
 from envs.scenarios import Scenario
 from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray, finite_array
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.scene import Scene
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
-    """What one step did.
-
-    Attributes:
-        clearance: Least free distance of each robot to any other during the step, shape (W, N), in m.
-        collided: Shape (W, N): collided in this step.
-        arrived: Shape (W, N): arrived in this step.
-        num_contacts: Number of pairs that touched in this step, shape (W,).
-        over: Shape (W,): nobody is under way any more.
-        timed_out: Shape (W,): the time limit is reached.
-    """
-
-    clearance: FloatArray
-    collided: BoolArray
-    arrived: BoolArray
-    num_contacts: npt.NDArray[np.int64]
-    over: BoolArray
-    timed_out: BoolArray
 
 
 class Navigation:

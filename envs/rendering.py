@@ -1,4 +1,4 @@
-"""Pictures of a recording: one moment from above, several side by side, and animated GIFs of them.
+"""Pictures of a recording: one moment from above, or several side by side.
 
 Letters: T moments, N robots. m in the world, px in pictures; x points east (right), y north (up).
 """
@@ -6,9 +6,8 @@ Letters: T moments, N robots. m in the world, px in pictures; x points east (rig
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -115,35 +114,6 @@ def side_by_side(
         draw.line([(place * canvas.size, 8), (place * canvas.size, HEADER + canvas.size)], FAINT, 2)
     _draw_legend(draw, recordings[0][1].priority, HEADER + canvas.size)
     return picture
-
-
-def write_gif(path: Path, frames: Iterable[Image.Image], frame_time: float) -> None:
-    """Write an animated GIF that runs for ever and rests on its last frame.
-
-    Args:
-        path: File to write.
-        frames: Pictures of one size, at least one.
-        frame_time: Time each frame is shown, in s.
-
-    Raises:
-        ValueError: If there is no frame.
-    """
-    # The last frame holds every colour: full trails, and crosses if there are any. One palette for all frames
-    # keeps what stands still bit for bit the same, so that it costs nothing in the file.
-    pictures = list(frames)
-    if not pictures:
-        raise ValueError("frames: expected at least one picture, got none")
-    palette = pictures[-1].quantize(64)
-    indexed = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
-    milliseconds = round(1000.0 * frame_time)
-    indexed[0].save(
-        path,
-        save_all=True,
-        append_images=indexed[1:],
-        duration=[milliseconds] * (len(indexed) - 1) + [2000],
-        loop=0,
-        optimize=False,
-    )
 
 
 def priority_colours(priority: FloatArray) -> list[Colour]:

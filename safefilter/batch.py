@@ -178,11 +178,12 @@ def make_rows(
     """Write all rows of decision k in the order of `Sections`."""
     i = problem.index[k]
     num_sides = add_polygon_rows(rows, 0, problem.limits.sides, problem.limits.v_max[i])
-    num_budgets = add_separation_rows(
+    num_separated = add_separation_rows(
         rows, num_sides, problem.scene, problem.separation, problem.limits.speed_limit, i
     )
     user = problem.user
-    num_hard = copy_rows(user, k, 0, user.count[k, 0], rows, num_budgets)
+    num_budgets = copy_rows(user, k, 0, user.count[k, 0], rows, num_separated)
+    num_hard = copy_rows(user, k, user.count[k, 0], user.count[k, 1], rows, num_budgets)
     count = add_orca_rows(
         rows,
         num_hard,
@@ -194,7 +195,7 @@ def make_rows(
         chosen,
         keys,
     )
-    num_rows = copy_rows(user, k, user.count[k, 0], user.count[k, 1], rows, count)
+    num_rows = copy_rows(user, k, user.count[k, 1], user.count[k, 2], rows, count)
     return Sections(num_sides, num_budgets, num_hard, num_rows)
 
 

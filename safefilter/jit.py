@@ -10,6 +10,7 @@ tests call it on `Fraction`; see `source_of`.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 from collections.abc import Callable
@@ -42,10 +43,15 @@ def formula(function: FunctionT) -> FunctionT:
 
 
 def kernel(function: FunctionT) -> FunctionT:
-    """Compile an entry point, cache its machine code on disk, and let other threads run meanwhile."""
+    """Compile an entry point, cache its machine code on disk, and let other threads run meanwhile.
+
+    Where no folder can be written (a read-only installation without a home), each process compiles for itself.
+    """
     dispatcher = numba.njit(error_model="numpy", nogil=True)(function)
     if not numba.config.DISABLE_JIT:
-        dispatcher._cache = _WholePackageCache(function)
+        # numba raises RuntimeError where it finds no folder to write to.
+        with contextlib.suppress(RuntimeError):
+            dispatcher._cache = _WholePackageCache(function)
     return cast("FunctionT", dispatcher)
 
 

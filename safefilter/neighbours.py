@@ -21,6 +21,10 @@ from safefilter.threads import over_ranges
 ALL_PAIRS_LIMIT = 48
 # Without a reach everyone sees everyone; past this size that is a mistake rather than a wish (100 MB of pairs).
 UNLIMITED_LIMIT = 5000
+# Cells are a little larger than the reach, so that rounding cannot put robots within reach two cells apart; that holds
+# up to this cell, and products of the hash stay within 64 bits. Robots further out share the last cell.
+CELL_MARGIN = 1.0 + 1e-4
+MAX_CELL = 2.0**36
 
 
 def find_neighbours(
@@ -102,6 +106,12 @@ def bucket(cell_x: int, cell_y: int, world: int, num_buckets: int) -> int:
     return ((cell_x * 73856093) ^ (cell_y * 19349663) ^ (world * 83492791)) & (num_buckets - 1)
 
 
+@formula
+def cell_along(coordinate: float, cell_size: float) -> int:
+    """Number of the cell of a coordinate, along one axis."""
+    return math.floor(min(max(coordinate / cell_size, -MAX_CELL), MAX_CELL))
+
+
 @kernel
 def _fill_grid(position: FloatArray, world: IntArray, reach: float) -> Grid:
     num_robots = len(position)
@@ -111,8 +121,8 @@ def _fill_grid(position: FloatArray, world: IntArray, reach: float) -> Grid:
     cell_of = np.empty((num_robots, 2), dtype=np.int64)
     bucket_start = np.zeros(num_buckets + 1, dtype=np.int64)
     for i in range(num_robots):
-        cell_of[i, 0] = math.floor(position[i, 0] / reach)
-        cell_of[i, 1] = math.floor(position[i, 1] / reach)
+        cell_of[i, 0] = cell_along(position[i, 0], CELL_MARGIN * reach)
+        cell_of[i, 1] = cell_along(position[i, 1], CELL_MARGIN * reach)
         bucket_start[bucket(cell_of[i, 0], cell_of[i, 1], world[i], num_buckets) + 1] += 1
     for b in range(num_buckets):
         bucket_start[b + 1] += bucket_start[b]

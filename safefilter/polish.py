@@ -29,7 +29,6 @@ from safefilter.exact import (
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.residuals import (
     ROUND_OFF,
-    Residuals,
     allowance,
     complaint,
     least_curvature,
@@ -63,7 +62,7 @@ def polish(program: ConvexProgram, solution: Solution, *, tolerance: float) -> S
 
     Returns:
         The improved answer with multipliers on its active rows and zeros elsewhere, `Status.OPTIMAL`. The original,
-        unchanged, if it holds no point, is no worse already, or is not near an optimum on those rows or ones a few
+        unchanged, if it holds no point, or is not near an optimum on those rows or ones a few
         steps away. Of a linear program with several optima the result is one near the given point.
     """
     x = solution.x
@@ -78,11 +77,11 @@ def polish(program: ConvexProgram, solution: Solution, *, tolerance: float) -> S
         improved = _direct(program, guess) or _stepped(program, x, guess)
         if not improved:
             return solution
-        before = _residuals(program, solution, curvature)
         # Rows that are nearly opposite let a point far from the optimum pass within the tolerance: then it may move
         # far, and no wrong answer is covered up.
-        passes = not complaint(before, allowance(program, x, curvature, tolerance))
-        if not passes and _is_far(program, x, improved[0]):
+        if _is_far(program, x, improved[0]) and not _passes(
+            program, solution, curvature, tolerance
+        ):
             return solution
         after = measure(program, *improved, curvature, math.inf)
         wrong = complaint(after, allowance(program, improved[0], curvature, tolerance))
@@ -197,11 +196,11 @@ def _is_far(program: ConvexProgram, x: FloatArray, improved: FloatArray) -> bool
     return not math.sqrt(float(move @ move)) <= limit
 
 
-def _residuals(program: ConvexProgram, solution: Solution, curvature: float) -> Residuals:
-    """Residuals of the original answer; infinite if it has no usable multipliers."""
+def _passes(program: ConvexProgram, solution: Solution, curvature: float, tolerance: float) -> bool:
+    """Is the original answer within the tolerance already?"""
     multipliers = solution.multipliers
-    if multipliers.shape == (program.num_rows,) and multipliers.min(initial=0.0) >= 0.0:
-        residuals = measure(program, solution.x, multipliers, curvature, math.inf)
-        if np.isfinite(residuals).all():
-            return residuals
-    return Residuals(math.inf, math.inf, math.inf, math.inf)
+    if multipliers.shape != (program.num_rows,) or not multipliers.min(initial=0.0) >= -tolerance:
+        return False
+    kept = np.maximum(multipliers, 0.0)
+    residuals = measure(program, solution.x, kept, curvature, math.inf)
+    return not complaint(residuals, allowance(program, solution.x, curvature, tolerance))

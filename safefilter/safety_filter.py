@@ -103,6 +103,14 @@ class SafetyFilter:
         self._backend = backend
         if deadline is not None and backend == BUILT_IN:
             raise InvalidInput("deadline: the built-in solver takes microseconds and needs none; drop it")
+        self._made_alike = partial(
+            SafetyFilter,
+            backend=backend,
+            tolerance=self._tolerance,
+            deadline=deadline,
+            fallback=self._fallback,
+            right_bias=self._right_bias,
+        )
         self._solvers = (
             None if backend == BUILT_IN else make_solvers(backend, self._tolerance, deadline)
         )
@@ -115,6 +123,19 @@ class SafetyFilter:
                 self._separation = constraint.settings(number)
             else:
                 self._own[number] = constraint
+
+    def with_constraints(self, *extra: Constraint) -> SafetyFilter:
+        """Make a filter that obeys ``extra`` as well, and is otherwise set up alike."""
+        return self._made_alike((*self._constraints, *extra), self._kinematics)
+
+    def __reduce__(self) -> tuple[partial[SafetyFilter], tuple[object, ...]]:
+        """Copies and pickles get solvers, and worker processes, of their own."""
+        return self._made_alike, (self._constraints, self._kinematics)
+
+    @property
+    def kinematics(self) -> Holonomic:
+        """What velocities a robot can take."""
+        return self._kinematics
 
     @property
     def sources(self) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ Letters: N robots. SI units: m, m/s, rad.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,8 +21,10 @@ from safefilter.arrays import (
     per_robot,
     require_positive,
 )
-from safefilter.errors import OutOfRange, ShapeError
+from safefilter.errors import InvalidInput, OutOfRange, ShapeError
+from safefilter.lidar import Lidar
 from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours
+from safefilter.outlines import shared_walls
 
 # Columns of `Scene.state`.
 X, Y, V_X, V_Y, WANTED_X, WANTED_Y, RADIUS, PRIORITY = range(8)
@@ -48,6 +51,10 @@ class Scene:
         neighbour_start: Where each robot's neighbours start in ``neighbours``, shape (N + 1,).
         neighbours: Indices of neighbours, all robots' lists one after the other.
         most_neighbours: Length of the longest list.
+        walls: Segments (a_x, a_y, b_x, b_y) and the margin kept from each, shape (W, 5), in m.
+        num_shared_walls: The first walls, which every robot knows.
+        wall_start: Where the walls that each robot alone has seen start in ``walls``, shape (N + 1,).
+        most_walls: Most walls that one robot knows.
     """
 
     state: FloatArray
@@ -59,6 +66,10 @@ class Scene:
     neighbour_start: IntArray
     neighbours: IntArray
     most_neighbours: int
+    walls: FloatArray
+    num_shared_walls: int
+    wall_start: IntArray
+    most_walls: int
 
     @classmethod
     def from_world(
@@ -73,6 +84,9 @@ class Scene:
         wanted: npt.ArrayLike | None = None,
         world: npt.ArrayLike = 0,
         reach: float | None = None,
+        walls: npt.ArrayLike | None = None,
+        polygons: Sequence[npt.ArrayLike] = (),
+        lidar: Lidar | None = None,
     ) -> Scene:
         """Check and copy the state of a world, and list every robot's neighbours.
 
@@ -87,6 +101,10 @@ class Scene:
             world: Number of the world each robot is in: one, or one a robot.
             reach: Distance of centres in m up to which robots see each other. None: everyone sees everyone, in
                 O(N^2); give a reach for crowds.
+            walls: Segments that every robot knows, shape (S, 2, 2), in m.
+            polygons: Outlines of obstacles that every robot knows, convex or not, each of shape (K, 2), in m; robots
+                are outside.
+            lidar: Scans, for walls that nobody has a map of; needs ``heading``.
 
         Raises:
             ShapeError: If an array has the wrong shape.
@@ -110,16 +128,27 @@ class Scene:
         numbers = _world_numbers(world, num_robots)
         limit = _reach(reach, num_robots)
         start, neighbours = find_neighbours(position, numbers, limit)
+        directions = None if heading is None else per_robot(heading, "heading", num_robots)
+        known = shared_walls(walls, polygons)
+        seen, wall_start = np.empty((0, 5)), np.zeros(num_robots + 1, dtype=np.int64)
+        if lidar is not None:
+            if directions is None:
+                raise InvalidInput("lidar: scans need heading= as well: beams are relative to it")
+            seen, wall_start = lidar.walls(position, directions, radii, numbers)
         return cls(
             state=frozen(state),
             cooperative=frozen(_flags(cooperative, num_robots)),
             has_wanted=wanted is not None,
-            heading=None if heading is None else frozen(per_robot(heading, "heading", num_robots)),
+            heading=None if directions is None else frozen(directions),
             world=frozen(numbers),
             reach=limit,
             neighbour_start=frozen(start),
             neighbours=frozen(neighbours),
             most_neighbours=int(np.diff(start).max(initial=0)),
+            walls=frozen(np.concatenate([known, seen])),
+            num_shared_walls=len(known),
+            wall_start=frozen(wall_start + len(known)),
+            most_walls=len(known) + int(np.diff(wall_start).max(initial=0)),
         )
 
     @property

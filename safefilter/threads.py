@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import numba
 
@@ -19,11 +19,15 @@ RANGES_PER_THREAD = 4
 
 _pools: dict[int, ThreadPoolExecutor] = {}
 # Threads do not survive a fork: the child makes its own.
-os.register_at_fork(after_in_child=_pools.clear)
+if hasattr(os, "register_at_fork"):  # not on Windows, which does not fork
+    os.register_at_fork(after_in_child=_pools.clear)
 
 
 def over_ranges(work: Callable[[int, int], object], num_items: int) -> None:
-    """Call ``work(first, last)`` for ranges that cover ``num_items``, in parallel where that pays."""
+    """Call ``work(first, last)`` for ranges that cover ``num_items``, in parallel where that pays.
+
+    What ``work`` raises is raised here, once no range is being worked on any more.
+    """
     num_threads = numba.get_num_threads()
     if num_threads == 1 or num_items < MIN_ITEMS:
         work(0, num_items)
@@ -33,5 +37,7 @@ def over_ranges(work: Callable[[int, int], object], num_items: int) -> None:
         pool = _pools[num_threads] = ThreadPoolExecutor(num_threads, "safefilter")
     size = -(-num_items // (RANGES_PER_THREAD * num_threads))
     starts = range(0, num_items, size)
-    for future in [pool.submit(work, first, min(first + size, num_items)) for first in starts]:
+    futures = [pool.submit(work, first, min(first + size, num_items)) for first in starts]
+    wait(futures)
+    for future in futures:
         future.result()

@@ -40,7 +40,7 @@ class LinearConstraint:
         Raises:
             ShapeError: If shapes do not belong together.
             NotFinite: If an entry is NaN or infinite.
-            OutOfRange: If a normal is zero, or too long for its square to be finite.
+            OutOfRange: If a normal is zero, or too short for an offset to be finite as a distance.
         """
         rows = finite_array(normals, "normals", ("M", "d"))
         bounds = finite_array(offsets, "offsets", (len(rows),))
@@ -53,7 +53,14 @@ class LinearConstraint:
         scaled = rows / largest[:, None]
         length = np.sqrt((scaled**2).sum(axis=1))
         self._normals: FloatArray = frozen(scaled / length[:, None])
-        self._offsets: FloatArray = frozen(bounds / largest / length)
+        with np.errstate(over="ignore"):
+            distances = bounds / largest / length
+        if not np.isfinite(distances).all():
+            raise OutOfRange(
+                f"offsets of row {int(np.argmin(np.isfinite(distances)))}: too large beside its normal; "
+                "expected a finite offset / |normal|"
+            )
+        self._offsets: FloatArray = frozen(distances)
         self._hard = hard
         self._name = name
 

@@ -15,8 +15,19 @@ class SceneArrays(NamedTuple):
     cooperative: BoolArray
     neighbour_start: IntArray
     neighbours: IntArray
+    walls: FloatArray
+    num_shared_walls: int
+    wall_start: IntArray
 
     @classmethod
     def of(cls, scene: Scene) -> SceneArrays:
         """Take the arrays out of a scene."""
-        return cls(scene.state, scene.cooperative, scene.neighbour_start, scene.neighbours)
+        return cls(
+            scene.state,
+            scene.cooperative,
+            scene.neighbour_start,
+            scene.neighbours,
+            scene.walls,
+            scene.num_shared_walls,
+            scene.wall_start,
+        )

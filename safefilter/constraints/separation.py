@@ -27,6 +27,8 @@ from safefilter.arrays import FloatArray, IntArray, positive_number
 from safefilter.constraints.responsibility import room
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
 from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.constraints.velocity_obstacle import VANISHING
+from safefilter.constraints.walls import add_wall_rows
 from safefilter.errors import OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
@@ -80,17 +82,18 @@ class SeparationSettings(NamedTuple):
     dt: float
     safety_margin: float
     passive_speed: float
+    wall_source: int
 
 
 NO_SEPARATION = SeparationSettings(
-    is_used=False, source=0, dt=1.0, safety_margin=0.0, passive_speed=0.0
+    is_used=False, source=0, dt=1.0, safety_margin=0.0, passive_speed=0.0, wall_source=0
 )
 
 
 @formula
 def direction(p_x: float, p_y: float, distance: float, tie: float) -> tuple[float, float]:
     """Unit vector to a neighbour at (p_x, p_y); where centres coincide, ``tie`` along x: opposite for the two."""
-    if distance > 0.0:
+    if distance > VANISHING:
         return p_x / distance, p_y / distance
     return tie, 0.0
 
@@ -140,14 +143,24 @@ def add_separation_rows(
         rows.label[0, count] = settings.source
         rows.label[1, count] = j
         count += 1
-    return count
+    return add_wall_rows(
+        rows,
+        count,
+        scene,
+        i,
+        settings.safety_margin,
+        dt,
+        speed_limit[i],
+        settings.wall_source,
+    )
 
 
 class Separation:
     """Hard rows that keep robots apart at every instant of the step, in Case-3 too.
 
     Attributes:
-        name: ``separation``.
+        name: ``separation``: rows against robots.
+        wall_name: ``wall_separation``: rows against walls.
         dt: Duration of a step, in s; a command executes for at most this long.
         safety_margin: Distance kept against rounding, in m.
         passive_speed: A bound on the speed of robots that do not cooperate, in m/s: they are credited with at least
@@ -155,6 +168,7 @@ class Separation:
     """
 
     name = "separation"
+    wall_name = "wall_separation"
 
     def __init__(
         self, dt: float, safety_margin: float = SAFETY_MARGIN, *, passive_speed: float = 0.0
@@ -172,9 +186,11 @@ class Separation:
         self.safety_margin = float(safety_margin)
         self.passive_speed = float(passive_speed)
 
-    def settings(self, source: int) -> SeparationSettings:
-        """Settings for kernels; ``source`` is the constraint's number in labels."""
-        return SeparationSettings(True, source, self.dt, self.safety_margin, self.passive_speed)
+    def settings(self, source: int, wall_source: int) -> SeparationSettings:
+        """Settings for kernels; the numbers are those of robots and of walls in labels."""
+        return SeparationSettings(
+            True, source, self.dt, self.safety_margin, self.passive_speed, wall_source
+        )
 
     def required_reach(self, scene: Scene, speed_limit: FloatArray) -> float:
         """Distance of centres from which on no neighbour can need a row, in m.
@@ -197,11 +213,11 @@ class Separation:
         `SafetyFilter` it knows those of the kinematics.
         """
         unlimited = np.full(scene.num_robots, np.inf)
-        capacity = scene.most_neighbours
+        capacity = scene.most_neighbours + scene.most_walls
         array, label, count = _separation_rows(
-            SceneArrays.of(scene), self.settings(0), unlimited, index, capacity
+            SceneArrays.of(scene), self.settings(0, 1), unlimited, index, capacity
         )
-        return half_spaces_from_rows(array, label, count, count, (self.name,))
+        return half_spaces_from_rows(array, label, count, count, (self.name, self.wall_name))
 
 
 @kernel

@@ -18,12 +18,15 @@ from safefilter.scene import Scene
 
 
 class UserRows(NamedTuple):
-    """Rows of the user's own constraints, hard ones first.
+    """Rows of the user's own constraints: budgets first, then other hard rows, then soft ones.
+
+    A hard row that permits standing still (offset <= 0) is a budget: like those of `Separation`, the last word keeps it
+    exactly, after the cast.
 
     Attributes:
         array: Shape (B, 3, E): n_x, n_y, offset.
         label: Shape (B, 2, E): number of the source, and what the row is against.
-        count: Shape (B, 2): number of hard rows, and of all rows.
+        count: Shape (B, 3): number of budgets, of hard rows, and of all rows.
     """
 
     array: FloatArray
@@ -50,7 +53,7 @@ def user_rows(
         return UserRows(
             np.empty((batch, 3, 0)),
             np.empty((batch, 2, 0), dtype=np.int64),
-            np.zeros((batch, 2), dtype=np.int64),
+            np.zeros((batch, 3), dtype=np.int64),
         )
     parts = []
     for number, constraint in constraints.items():
@@ -69,11 +72,13 @@ def _packed(parts: list[tuple[int, HalfSpaces]]) -> UserRows:
     source = np.concatenate(
         [np.full((part.num_decisions, part.num_rows), number) for number, part in parts], axis=1
     )
-    order = np.argsort(np.where(rows.present, np.where(rows.hard, 0, 1), 2), axis=1, kind="stable")
+    hard = rows.present & rows.hard
+    budget = hard & (rows.offsets <= 0.0)
+    order = np.argsort(np.select([budget, hard, rows.present], [0, 1, 2], 3), axis=1, kind="stable")
     array = np.stack([rows.normals[:, :, 0], rows.normals[:, :, 1], rows.offsets], axis=1)
     label = np.stack([source, rows.labels[:, :, 1]], axis=1)
     return UserRows(
         np.take_along_axis(array, order[:, None], axis=2),
         np.take_along_axis(label, order[:, None], axis=2),
-        np.stack([(rows.present & rows.hard).sum(axis=1), rows.present.sum(axis=1)], axis=1),
+        np.stack([part.sum(axis=1) for part in (budget, hard, rows.present)], axis=1),
     )

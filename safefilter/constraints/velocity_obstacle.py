@@ -22,6 +22,9 @@ from safefilter.jit import formula
 # paper speak of those two encounters only, a crossing takes the nearest side. Squared cosine of 45 degrees.
 ALIGNED_COSINE_SQUARED = 0.5
 
+# Squares of shorter vectors lose digits to underflow: such a vector has no direction.
+VANISHING = 1e-150
+
 
 @formula
 def is_overlapping(distance_squared: float, combined_radius: float) -> bool:
@@ -110,10 +113,10 @@ def cutoff_boundary(
     w_x = from_cutoff_centre(p_x, v_x, horizon)
     w_y = from_cutoff_centre(p_y, v_y, horizon)
     w_length = math.sqrt(w_x * w_x + w_y * w_y)
-    if w_length > 0.0:
+    if w_length > VANISHING:
         return w_x / w_length, w_y / w_length, cutoff_change(combined_radius, horizon, w_length)
     distance = math.sqrt(p_x * p_x + p_y * p_y)
-    if distance > 0.0:
+    if distance > VANISHING:
         return -p_x / distance, -p_y / distance, combined_radius / horizon
     return tie, 0.0, combined_radius / horizon
 

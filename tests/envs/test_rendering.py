@@ -1,9 +1,6 @@
-from itertools import pairwise
-from pathlib import Path
-
 import numpy as np
 import pytest
-from PIL import Image, ImageSequence
+from PIL import Image
 
 from envs import AfterArrival, Crossroad, Fleet, Navigation, Rules
 from envs.recording import Recorder, Recording
@@ -14,7 +11,6 @@ from envs.rendering import (
     draw_moment,
     priority_colours,
     side_by_side,
-    write_gif,
 )
 
 CANVAS = Canvas(200, Crossroad().half_extent)
@@ -79,21 +75,3 @@ def test_equal_priorities_share_a_colour_and_higher_ones_are_darker() -> None:
     assert len(set(priority_colours(np.ones(3)))) == 1
     colours = priority_colours(np.array([1.0, 2.0, 8.0]))
     assert sum(colours[0]) > sum(colours[1]) > sum(colours[2])
-
-
-def test_animation_holds_every_frame(tmp_path: Path) -> None:
-    recording = crossing(num_steps=50)
-    path = tmp_path / "crossing.gif"
-    moments = range(0, 51, 10)
-    write_gif(path, [side_by_side([("off", recording)], k, CANVAS) for k in moments], 0.1)
-    with Image.open(path) as animation:
-        assert animation.n_frames == len(moments)  # type: ignore[attr-defined]  # of GIFs
-        assert animation.size == (200, HEADER + 200 + FOOTER)
-        frames = [np.asarray(f.convert("RGB")) for f in ImageSequence.Iterator(animation)]
-        assert animation.info["duration"] == 2000
-    assert all((first != second).any() for first, second in pairwise(frames))
-
-
-def test_an_animation_of_nothing_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="expected at least one picture, got none"):
-        write_gif(tmp_path / "nothing.gif", [], 0.1)

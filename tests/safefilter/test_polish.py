@@ -167,10 +167,32 @@ def test_a_far_point_that_passes_between_nearly_opposite_rows_moves_to_the_optim
     assert certify(program, polished, exact=True)
 
 
-def test_an_answer_that_is_exact_already_is_returned_itself() -> None:
-    program = ConvexProgram(np.eye(2), np.array([-2.0, 0.0]), np.eye(2), np.ones(2))
-    exact = answer(np.array([1.0, 0.0]), np.array([1.0, 0.0]))
-    assert polish(program, exact, tolerance=TOLERANCE) is exact
+@given(
+    hundredth=st.integers(0, 628),
+    turns=st.lists(st.sampled_from([-1e-16, 0.0, 1e-16]), min_size=2, max_size=4),
+    shifts=st.lists(st.sampled_from([-1e-16, 0.0, 1e-16]), min_size=4, max_size=4),
+    noise=noises,
+)
+def test_rows_repeated_but_for_the_last_bit_are_one_row(
+    hundredth: int, turns: list[float], shifts: list[float], noise: tuple[float, float]
+) -> None:
+    angles = 0.01 * hundredth + np.array(turns)
+    G = np.column_stack([np.cos(angles), np.sin(angles)])
+    h = 0.25 + np.array(shifts[: len(turns)])
+    program = ConvexProgram(np.eye(2), -G[0], G, h)
+    rough = answer(0.25 * G[0] + noise, np.full(len(turns), 0.75 / len(turns)))
+    polished = polish(program, rough, tolerance=TOLERANCE)
+    assert np.abs(polished.x - 0.25 * G[0]).max() <= 1e-15
+    assert np.count_nonzero(polished.multipliers) == 1
+    assert certify(program, polished, exact=True)
+
+
+@given(program=permitted_programs())
+def test_polishing_again_changes_nothing(program: ConvexProgram) -> None:
+    once = polish(program, answer(*nearest(program)), tolerance=TOLERANCE)
+    twice = polish(program, once, tolerance=TOLERANCE)
+    assert np.array_equal(once.x, twice.x)
+    assert np.array_equal(once.multipliers, twice.multipliers)
 
 
 @given(program=permitted_programs(), angle=st.floats(0.0, 6.28), away=st.floats(2.0, 100.0))

@@ -1,0 +1,95 @@
+"""Walls: the direction to the closest point of a segment, and the free gap to it.
+
+A segment is convex, so everything of it lies beyond the line through its closest point across the direction e to that
+point. A disc that advances along e by no more than the gap does not touch it. Shapes, convex or not, are taken by
+their outline: a robot that starts outside cannot get in without crossing it.
+
+Letters: p is the robot's centre, a and b the ends of the segment. m.
+"""
+
+from __future__ import annotations
+
+import math
+
+from safefilter.constraints.row_buffers import RowLabels
+from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.jit import formula
+from safefilter.scene import RADIUS, X, Y
+
+
+@formula
+def projection_part(
+    a_x: float, a_y: float, b_x: float, b_y: float, p_x: float, p_y: float, length_squared: float
+) -> float:
+    """Where the foot of the perpendicular from p lies on the line: 0 at a, 1 at b."""
+    return ((p_x - a_x) * (b_x - a_x) + (p_y - a_y) * (b_y - a_y)) / length_squared
+
+
+@formula
+def to_closest_point(
+    a_x: float, a_y: float, b_x: float, b_y: float, p_x: float, p_y: float
+) -> tuple[float, float]:
+    """Vector from p to the closest point of the segment."""
+    length_squared = (b_x - a_x) * (b_x - a_x) + (b_y - a_y) * (b_y - a_y)
+    part = 0.0
+    if length_squared > 0.0:
+        part = min(1.0, max(0.0, projection_part(a_x, a_y, b_x, b_y, p_x, p_y, length_squared)))
+    return a_x + part * (b_x - a_x) - p_x, a_y + part * (b_y - a_y) - p_y
+
+
+@formula
+def across(a_x: float, a_y: float, b_x: float, b_y: float) -> tuple[float, float]:
+    """Unit vector across a segment, for a centre that lies on it; along x for a point."""
+    length = math.sqrt((b_x - a_x) * (b_x - a_x) + (b_y - a_y) * (b_y - a_y))
+    if length > 0.0:
+        return -(b_y - a_y) / length, (b_x - a_x) / length
+    return 1.0, 0.0
+
+
+@formula
+def wall_budget(distance: float, radius: float, margin: float) -> float:
+    """How far a robot may advance towards a wall: all of the gap."""
+    return max(0.0, distance - radius - margin)
+
+
+@formula
+def add_wall_rows(
+    rows: RowLabels,
+    count: int,
+    scene: SceneArrays,
+    i: int,
+    margin: float,
+    horizon: float,
+    speed_limit: float,
+    source: int,
+) -> int:
+    """Write robot i's rows ``e @ v <= gap / horizon`` from ``count`` on; returns the new count.
+
+    With the step as horizon these are the budgets of the one-step separation. With a longer one they are the velocity
+    obstacle of the segment around standing still: the boundary point nearest to v = 0 is the cut-off across e.
+    A row that the speed limit makes true anyway is left out.
+    """
+    state = scene.state
+    p_x, p_y, radius = state[i, X], state[i, Y], state[i, RADIUS]
+    reach = speed_limit * horizon + radius + margin
+    for part in range(2):
+        # Walls that everyone knows come first, then those that this robot alone has seen.
+        start = 0 if part == 0 else scene.wall_start[i]
+        stop = scene.num_shared_walls if part == 0 else scene.wall_start[i + 1]
+        for w in range(start, stop):
+            a_x, a_y, b_x, b_y, own_margin = scene.walls[w]
+            c_x, c_y = to_closest_point(a_x, a_y, b_x, b_y, p_x, p_y)
+            far = (reach + own_margin) * (1.0 + 1e-12)
+            if c_x * c_x + c_y * c_y > far * far:
+                continue
+            distance = math.sqrt(c_x * c_x + c_y * c_y)
+            e_x, e_y = across(a_x, a_y, b_x, b_y)
+            if distance > 0.0:
+                e_x, e_y = c_x / distance, c_y / distance
+            rows.array[0, count] = -e_x
+            rows.array[1, count] = -e_y
+            rows.array[2, count] = -wall_budget(distance, radius, margin + own_margin) / horizon
+            rows.label[0, count] = source
+            rows.label[1, count] = w
+            count += 1
+    return count

@@ -1,0 +1,189 @@
+"""The last word on a differential drive: from a solved velocity to a command (v, w) whose arc keeps every budget.
+
+The turn rate is chosen first; then the speed is cut to the largest at which no instant of the arc passes a budget, and
+the chord of the arc keeps the other hard rows that standing still keeps. Turning on the spot moves nothing, because
+robots are discs: so speed 0 is always left.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from safefilter.arrays import FloatArray
+from safefilter.jit import formula
+from safefilter.kinematics.arc import chord_velocity, largest_advance
+from safefilter.kinematics.holonomic import SPEED_SLACK
+from safefilter.kinematics.last_word import DOUBLE_ULP, MAX_CUTS, SINGLE_ULP, cast
+from safefilter.kinematics.tracking import command_towards, largest_tracked_speed
+
+# Rows that allow less than this part of v_max count as contact when a robot looks for a heading that is free.
+CONTACT_PART = 0.01
+# How far past a quarter turn from a contact a free heading lies, in rad: straight along it would scrape.
+PARTING_ANGLE = 0.02
+# Solved speeds below this part of v_max are standing still.
+STILL_PART = 1e-6
+
+
+class Drive(NamedTuple):
+    """A differential drive as kernels take it.
+
+    Attributes:
+        is_used: False for holonomic robots: then the rest is empty.
+        heading: Of each robot, shape (N,), in rad.
+        command: (v, w) that the policy asks for, shape (B, 2).
+        omega_max: Largest turn rate, in rad/s.
+        dt: Duration of the step, in s.
+        turn_time: T, in s.
+        tracking_error: eps, in m.
+        has_polygon: Are solved velocities inside the polygon of S_AHV? If not, they are cut to it.
+    """
+
+    is_used: bool
+    heading: FloatArray
+    command: FloatArray
+    omega_max: float
+    dt: float
+    turn_time: float
+    tracking_error: float
+    has_polygon: bool
+
+
+class HardRows(NamedTuple):
+    """Hard rows of one decision: budgets in [first, last), others in [last, end)."""
+
+    array: FloatArray
+    first: int
+    last: int
+    end: int
+
+
+@formula
+def speed_cap(hard: HardRows, heading: float, turn_rate: float, dt: float) -> float:
+    """Largest speed at which the arc keeps all budgets, and its chord the other rows with an offset <= 0, in m/s."""
+    rows = hard.array
+    d_x, d_y = math.cos(heading), math.sin(heading)
+    end_x, end_y = math.cos(heading + turn_rate * dt), math.sin(heading + turn_rate * dt)
+    c_x, c_y = chord_velocity(1.0, turn_rate, heading, dt)
+    cap = math.inf
+    for k in range(hard.first, hard.last):
+        e_x, e_y = -rows[0, k], -rows[1, k]
+        advance = largest_advance(
+            e_x * d_x + e_y * d_y,
+            e_x * d_y - e_y * d_x,
+            e_x * end_x + e_y * end_y,
+            (e_x * c_x + e_y * c_y) * dt,
+            turn_rate,
+        )
+        if advance > 0.0:
+            cap = min(cap, max(0.0, -rows[2, k] * dt / advance))
+    for k in range(hard.last, hard.end):
+        along = rows[0, k] * c_x + rows[1, k] * c_y
+        if rows[2, k] <= 0.0 and along < 0.0:
+            cap = min(cap, rows[2, k] / along)
+    return cap
+
+
+@formula
+def is_command_safe(
+    hard: HardRows, drive: Drive, heading: float, v_max: float, speed: float, turn_rate: float
+) -> bool:
+    """Is a command within its limits, and its arc within every budget? False for NaN."""
+    within = (
+        0.0 <= speed <= v_max * (1.0 + SPEED_SLACK)
+        and abs(turn_rate) <= drive.omega_max * (1.0 + SPEED_SLACK)
+    )
+    return within and speed <= speed_cap(hard, heading, turn_rate, drive.dt)
+
+
+@formula
+def is_free(hard: HardRows, x: float, y: float, contact: float, skipped: int) -> bool:
+    """Does no contact but ``skipped`` stand in the way of a direction?"""
+    for k in range(hard.first, hard.end):
+        in_the_way = rows_along(hard.array, k, x, y) < 0.0 and -contact < hard.array[2, k] <= 0.0
+        if in_the_way and k != skipped:
+            return False
+    return True
+
+
+@formula
+def rows_along(rows: FloatArray, k: int, x: float, y: float) -> float:
+    """Component of a direction along the normal of row k: negative is towards what the row is against."""
+    return rows[0, k] * x + rows[1, k] * y
+
+
+@formula
+def turn_to_freedom(hard: HardRows, heading: float, contact: float) -> float:
+    """Smallest turn to a heading that no contact stands in the way of, in rad; 0 if there is none, or none is needed.
+
+    Ties go to the right, so that two noses that meet turn the same way and part (norm-1).
+    """
+    d_x, d_y = math.cos(heading), math.sin(heading)
+    if is_free(hard, d_x, d_y, contact, -1):
+        return 0.0
+    best = math.inf
+    for k in range(hard.first, hard.end):
+        if not -contact < hard.array[2, k] <= 0.0:
+            continue
+        away = math.atan2(
+            d_x * hard.array[1, k] - d_y * hard.array[0, k], rows_along(hard.array, k, d_x, d_y)
+        )
+        for side in (-1.0, 1.0):
+            # The normal points away from the contact; a quarter turn from it is along the contact.
+            turn = away + side * (0.5 * math.pi - PARTING_ANGLE)
+            turn = math.atan2(math.sin(turn), math.cos(turn))
+            x, y = math.cos(heading + turn), math.sin(heading + turn)
+            is_better = abs(turn) < abs(best) - 1e-9 or (
+                abs(turn) < abs(best) + 1e-9 and turn < best
+            )
+            if is_better and is_free(hard, x, y, contact, k):
+                best = turn
+    return best if math.isfinite(best) else 0.0
+
+
+@formula
+def wanted_command(
+    hard: HardRows, drive: Drive, k: int, heading: float, v_max: float, u_x: float, u_y: float
+) -> tuple[float, float]:
+    """Command that goes for a solved velocity, before the last word."""
+    speed = math.sqrt(u_x * u_x + u_y * u_y)
+    limit = drive.omega_max
+    if not speed > STILL_PART * v_max:
+        asked_speed, asked_turn = drive.command[k, 0], drive.command[k, 1]
+        if asked_speed > 0.0:
+            turn = turn_to_freedom(hard, heading, CONTACT_PART * v_max)
+            if turn != 0.0:
+                return 0.0, min(limit, max(-limit, turn / drive.dt))
+        return 0.0, min(limit, max(-limit, asked_turn))
+    d_x, d_y = math.cos(heading), math.sin(heading)
+    angle = math.atan2(d_x * u_y - d_y * u_x, d_x * u_x + d_y * u_y)
+    if not drive.has_polygon:
+        speed = min(
+            speed,
+            largest_tracked_speed(angle, v_max, limit, drive.turn_time, drive.tracking_error),
+        )
+    return command_towards(angle, min(speed, v_max), limit, drive.turn_time)
+
+
+@formula
+def drive_last_word(
+    hard: HardRows,
+    drive: Drive,
+    heading: float,
+    v_max: float,
+    speed: float,
+    turn_rate: float,
+    is_single: bool,
+) -> tuple[float, float]:
+    """Command that executes: cast, within its limits, its arc within every budget exactly."""
+    if not (math.isfinite(speed) and math.isfinite(turn_rate)):
+        return 0.0, 0.0
+    ulp = SINGLE_ULP if is_single else DOUBLE_ULP
+    turn_rate = cast(min(drive.omega_max, max(-drive.omega_max, turn_rate)), is_single)
+    cap = min(v_max, speed_cap(hard, heading, turn_rate, drive.dt))
+    speed = cast(max(0.0, min(speed, cap)), is_single)
+    for attempt in range(MAX_CUTS):
+        if is_command_safe(hard, drive, heading, v_max, speed, turn_rate):
+            return speed, turn_rate
+        speed = cast(min(speed, cap) * max(0.0, 1.0 - 2.0**attempt * ulp), is_single)
+    return 0.0, turn_rate
