@@ -13,10 +13,13 @@ from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.linear_constraint import LinearConstraint
 from safefilter.constraints.priority_orca import PriorityORCA
 from safefilter.constraints.separation import Separation
+from safefilter.constraints.static_obstacles import StaticObstacles
 from safefilter.decision import Case, Decision, Fault
 from safefilter.errors import SafeFilterError
 from safefilter.half_spaces import HalfSpaces
+from safefilter.kinematics.differential_drive import DifferentialDrive
 from safefilter.kinematics.holonomic import Holonomic
+from safefilter.lidar import Lidar
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
@@ -32,9 +35,11 @@ __all__ = [
     "Constraint",
     "ConvexProgram",
     "Decision",
+    "DifferentialDrive",
     "Fault",
     "HalfSpaces",
     "Holonomic",
+    "Lidar",
     "LinearConstraint",
     "PriorityORCA",
     "SafeFilterError",
@@ -42,6 +47,7 @@ __all__ = [
     "Scene",
     "Separation",
     "Solution",
+    "StaticObstacles",
     "Status",
     "available_backends",
     "certify",

@@ -38,7 +38,28 @@ class _WholePackageCache(FunctionCache):  # type: ignore[misc]  # numba ships no
 
 
 def formula(function: FunctionT) -> FunctionT:
-    """Compile a formula for use inside kernels; it is inlined there, and not cached on its own."""
+    """Compile a formula for use inside kernels; it is inlined there, and not cached on its own.
+
+    It may be given arrays, but neither makes nor returns any: formulas are compiled without numba's reference counts,
+    which take several times as long as the arithmetic. One that returns an array is refused as it is compiled; see
+    `array_formula`.
+    """
+    dispatcher: Any = numba.njit(error_model="numpy", forceinline=True, _nrt=False)(function)
+    if not numba.config.DISABLE_JIT:
+        compile_uncounted = dispatcher.compile
+
+        def compile_checked(signature: object) -> object:
+            entry = compile_uncounted(signature)
+            for overload in dispatcher.nopython_signatures:
+                _refuse_arrays(function.__name__, overload.return_type)
+            return entry
+
+        dispatcher.compile = compile_checked
+    return cast("FunctionT", dispatcher)
+
+
+def array_formula(function: FunctionT) -> FunctionT:
+    """Like `formula`, for functions that make or return arrays or records of them: references are counted."""
     return cast("FunctionT", numba.njit(error_model="numpy")(function))
 
 
@@ -53,6 +74,19 @@ def kernel(function: FunctionT) -> FunctionT:
         with contextlib.suppress(RuntimeError):
             dispatcher._cache = _WholePackageCache(function)
     return cast("FunctionT", dispatcher)
+
+
+def _refuse_arrays(name: str, return_type: Any) -> None:
+    """Refuse a type that is an array or holds one: whoever is given it would free memory that others still use.
+
+    Raises:
+        TypeError: If it is.
+    """
+    if isinstance(return_type, numba.types.Array):
+        raise TypeError(f"{name} returns an array: make it an array_formula")
+    if isinstance(return_type, numba.types.BaseTuple):
+        for part in return_type:
+            _refuse_arrays(name, part)
 
 
 def source_of(function: FunctionT) -> FunctionT:

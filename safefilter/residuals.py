@@ -89,10 +89,11 @@ def measure(
     primal = float(np.max(-slack - ROUNDING * np.abs(program.h), initial=0.0))
     dual = math.sqrt(float(gradient @ gradient))
     size = math.sqrt(float(x @ x))
-    # Both bound r' (y - x) from below: the second by length, the first because f curves up at least this much.
-    unproved = dual * (size + radius if radius < math.inf else max(1.0, size))
     if curvature > 0.0:
-        unproved = min(unproved, 0.5 * dual * dual / curvature)
+        # The least of r' (y - x) + curvature / 2 * |y - x|^2 over all y.
+        unproved = 0.5 * dual * dual / curvature
+    else:
+        unproved = dual * (size + radius if radius < math.inf else max(1.0, size))
     return Residuals(
         primal=primal,
         dual=dual,

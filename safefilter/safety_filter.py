@@ -17,29 +17,23 @@ import numpy.typing as npt
 
 from safefilter.arrays import FloatArray, IntArray, finite_array, frozen, positive_number
 from safefilter.backend_answer import BackendAnswer, Solvers, ask_backend, make_solvers
-from safefilter.batch import (
-    Limits,
-    Options,
-    Outcome,
-    Problem,
-    Results,
-    collect_rows,
-    decide_range,
-    finish_batch,
-    outcome_of,
-)
+from safefilter.batch.decide import decide_range, finish_batch
+from safefilter.batch.records import Limits, Options, Outcome, Problem, Results, outcome_of
+from safefilter.batch.rows import collect_rows
 from safefilter.certificate import Certificate
 from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.priority_orca import NO_ORCA, PriorityORCA
 from safefilter.constraints.row_buffers import half_spaces_from_rows
 from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import NO_SEPARATION, Separation
+from safefilter.constraints.static_obstacles import NO_STATIC, StaticObstacles
 from safefilter.constraints.user_rows import user_rows
 from safefilter.decision import Case, Decision, Fault
 from safefilter.decision_check import check_decision, refused
 from safefilter.errors import EmptyHardSet, InvalidInput, NotCooperative, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import source_of
+from safefilter.kinematics.drive import wanted_velocities
 from safefilter.kinematics.holonomic import Holonomic
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.programs.nearest_velocity import nearest_velocity
@@ -114,13 +108,15 @@ class SafetyFilter:
         self._solvers = (
             None if backend == BUILT_IN else make_solvers(backend, self._tolerance, deadline)
         )
-        self._orca, self._separation = NO_ORCA, NO_SEPARATION
+        self._orca, self._separation, self._static = NO_ORCA, NO_SEPARATION, NO_STATIC
         self._own: dict[int, Constraint] = {}
         for number, constraint in enumerate(self._constraints, start=1):
             if isinstance(constraint, PriorityORCA) and not self._orca.is_used:
-                self._orca = constraint.settings(number)
+                self._orca = constraint.settings(number, kinematics.tracking_error)
             elif isinstance(constraint, Separation) and not self._separation.is_used:
-                self._separation = constraint.settings(number)
+                self._separation = constraint.settings(number, len(self._constraints) + 1)
+            elif isinstance(constraint, StaticObstacles) and not self._static.is_used:
+                self._static = constraint.settings(number)
             else:
                 self._own[number] = constraint
 
@@ -139,8 +135,9 @@ class SafetyFilter:
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """What the first number of a label stands for: the kinematics, then the constraints in order."""
-        return (self._kinematics.name, *(constraint.name for constraint in self._constraints))
+        """What the first number of a label stands for: the kinematics, the constraints in order, walls in separation."""
+        names = (constraint.name for constraint in self._constraints)
+        return (self._kinematics.name, *names, Separation.wall_name)
 
     def decide(
         self,
@@ -217,7 +214,10 @@ class SafetyFilter:
         """
         given = np.asarray(action)
         problem = self._problem(scene, given, decision.index)
-        np.nan_to_num(problem.wanted, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+        is_lost = ~np.isfinite(problem.wanted).all(axis=1)
+        problem.wanted[is_lost] = 0.0
+        if problem.drive.is_used:
+            problem.drive.command[is_lost] = 0.0
         rows, array, sections = self._rows(problem)
         results = Results.empty(len(decision))
         again = _name_columns(results)
@@ -290,7 +290,9 @@ class SafetyFilter:
                 f"action: expected numbers of shape ({len(robots)}, 2), one row a robot decided for, "
                 f"got {action.dtype} of shape {action.shape}"
             )
-        wanted = np.array(action, dtype=np.float64, order="C")
+        command = np.array(action, dtype=np.float64, order="C")
+        drive = self._kinematics.drive(scene, command)
+        wanted = wanted_velocities(drive, robots, command) if drive.is_used else command
         for constraint in self._constraints:
             if isinstance(constraint, PriorityORCA):
                 constraint.require(scene)
@@ -308,9 +310,13 @@ class SafetyFilter:
             wanted=wanted,
             orca=self._orca,
             separation=self._separation,
+            static=self._static,
             limits=limits,
+            drive=drive,
             user=user,
-            capacity=limits.sides.shape[1] + 2 * scene.most_neighbours + user.array.shape[2],
+            capacity=limits.sides.shape[1]
+            + 2 * (scene.most_neighbours + scene.most_walls)
+            + user.array.shape[2],
             num_neighbours=scene.most_neighbours,
         )
 
@@ -328,7 +334,7 @@ class SafetyFilter:
 
     def _rows(self, problem: Problem) -> tuple[HalfSpaces, FloatArray, IntArray]:
         array, label, sections = collect_rows(problem)
-        rows = half_spaces_from_rows(array, label, sections[:, 3], sections[:, 2], self.sources)
+        rows = half_spaces_from_rows(array, label, sections[:, 4], sections[:, 3], self.sources)
         return rows, array, sections
 
     def _ask(

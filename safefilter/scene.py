@@ -34,6 +34,10 @@ MAX_PRIORITY = 1e150
 MIN_PRIORITY = 1e-150
 # Squares of distances and speeds must stay finite.
 MAX_COORDINATE = 1e100
+# The same for the columns of `Scene.state`.
+_LARGEST = np.array([MAX_COORDINATE] * 7 + [MAX_PRIORITY])
+_LEAST = np.array([np.finfo(np.float64).smallest_subnormal, MIN_PRIORITY])
+NO_WALLS = np.empty((0, 5))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,30 +115,31 @@ class Scene:
             NotFinite: If a value is NaN or infinite; names field and robot.
             OutOfRange: If a radius, a priority or the reach is not above zero, or a value is too large for
                 its square to be finite.
+            InvalidInput: If there are scans but no headings.
         """
-        position = _bounded(finite_array(position, "position", ("N", 2)), "position")
+        position = finite_array(position, "position", ("N", 2))
         num_robots = len(position)
         state = np.empty((num_robots, 8))
         state[:, X : Y + 1] = position
-        state[:, V_X : V_Y + 1] = _bounded(finite_array(velocity, "velocity", (num_robots, 2)), "velocity")
+        state[:, V_X : V_Y + 1] = finite_array(velocity, "velocity", (num_robots, 2))
         state[:, WANTED_X : WANTED_Y + 1] = (
             state[:, V_X : V_Y + 1]
             if wanted is None
-            else _bounded(finite_array(wanted, "wanted", (num_robots, 2)), "wanted")
+            else finite_array(wanted, "wanted", (num_robots, 2))
         )
-        radii = require_positive(per_robot(radius, "radius", num_robots), "radius")
-        state[:, RADIUS] = _bounded(radii, "radius")
-        state[:, PRIORITY] = _priority(priority, num_robots)
+        state[:, RADIUS] = _one_or_each(radius, "radius", num_robots)
+        state[:, PRIORITY] = _one_or_each(priority, "priority", num_robots)
+        _require_usable(state)
         numbers = _world_numbers(world, num_robots)
         limit = _reach(reach, num_robots)
         start, neighbours = find_neighbours(position, numbers, limit)
         directions = None if heading is None else per_robot(heading, "heading", num_robots)
-        known = shared_walls(walls, polygons)
-        seen, wall_start = np.empty((0, 5)), np.zeros(num_robots + 1, dtype=np.int64)
+        known = NO_WALLS if walls is None and len(polygons) == 0 else shared_walls(walls, polygons)
+        seen, wall_start = NO_WALLS, np.zeros(num_robots + 1, dtype=np.int64)
         if lidar is not None:
             if directions is None:
                 raise InvalidInput("lidar: scans need heading= as well: beams are relative to it")
-            seen, wall_start = lidar.walls(position, directions, radii, numbers)
+            seen, wall_start = lidar.walls(position, directions, state[:, RADIUS].copy(), numbers)
         return cls(
             state=frozen(state),
             cooperative=frozen(_flags(cooperative, num_robots)),
@@ -144,11 +149,11 @@ class Scene:
             reach=limit,
             neighbour_start=frozen(start),
             neighbours=frozen(neighbours),
-            most_neighbours=int(np.diff(start).max(initial=0)),
+            most_neighbours=_longest(start),
             walls=frozen(np.concatenate([known, seen])),
             num_shared_walls=len(known),
             wall_start=frozen(wall_start + len(known)),
-            most_walls=len(known) + int(np.diff(wall_start).max(initial=0)),
+            most_walls=len(known) + _longest(wall_start),
         )
 
     @property
@@ -186,6 +191,27 @@ class Scene:
         return self.neighbours[self.neighbour_start[robot] : self.neighbour_start[robot + 1]]
 
 
+def _one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | FloatArray:
+    """Take one number, or one a robot. Spreading a number is left to the assignment, which is faster."""
+    return value if isinstance(value, int | float) else per_robot(value, field, num_robots)
+
+
+def _longest(start: IntArray) -> int:
+    """Length of the longest of the lists that start there."""
+    return int((start[1:] - start[:-1]).max(initial=0))
+
+
+def _require_usable(state: FloatArray) -> None:
+    """Look at everything at once; only where something is wrong find out what. Comparisons with NaN are false."""
+    if (np.abs(state) <= _LARGEST).all() and (state[:, RADIUS:] >= _LEAST).all():
+        return
+    for field, column in (("position", X), ("velocity", V_X), ("wanted", WANTED_X)):
+        _bounded(state[:, column : column + 2], field)
+    radius = finite_array(state[:, RADIUS], "radius", (len(state),))
+    _bounded(require_positive(radius, "radius"), "radius")
+    _require_priority(finite_array(state[:, PRIORITY], "priority", (len(state),)))
+
+
 def _bounded(array: FloatArray, field: str) -> FloatArray:
     wrong = np.abs(array) > MAX_COORDINATE
     if wrong.any():
@@ -196,15 +222,14 @@ def _bounded(array: FloatArray, field: str) -> FloatArray:
     return array
 
 
-def _priority(value: npt.ArrayLike, num_robots: int) -> FloatArray:
-    priority = require_positive(per_robot(value, "priority", num_robots), "priority")
+def _require_priority(priority: FloatArray) -> None:
+    require_positive(priority, "priority")
     wrong = (priority > MAX_PRIORITY) | (priority < MIN_PRIORITY)
     if wrong.any():
         place = int(np.argmax(wrong))
         raise OutOfRange(
             f"priority of row {place}: expected {MIN_PRIORITY:g} to {MAX_PRIORITY:g}, got {priority[place]}"
         )
-    return priority
 
 
 def _flags(value: npt.ArrayLike, num_robots: int) -> BoolArray:
@@ -214,17 +239,17 @@ def _flags(value: npt.ArrayLike, num_robots: int) -> BoolArray:
             f"cooperative: expected a bool or bools of shape ({num_robots},), "
             f"got {flags.dtype} of shape {flags.shape}"
         )
-    return np.array(np.broadcast_to(flags, (num_robots,)))
+    return np.full(num_robots, flags)
 
 
 def _world_numbers(value: npt.ArrayLike, num_robots: int) -> IntArray:
     numbers = np.asarray(value)
-    if not np.issubdtype(numbers.dtype, np.integer) or numbers.shape not in {(), (num_robots,)}:
+    if numbers.dtype.kind not in "iu" or numbers.shape not in {(), (num_robots,)}:
         raise ShapeError(
             f"world: expected an integer or integers of shape ({num_robots},), "
             f"got {numbers.dtype} of shape {numbers.shape}"
         )
-    return np.array(np.broadcast_to(numbers, (num_robots,)), dtype=np.int64)
+    return np.full(num_robots, numbers, dtype=np.int64)
 
 
 def _reach(value: float | None, num_robots: int) -> float:

@@ -52,6 +52,7 @@ class OrcaSettings(NamedTuple):
     has_norm_leg: bool
     max_neighbours: int
     is_by_time: bool
+    tracking_error: float
 
 
 NO_ORCA = OrcaSettings(
@@ -64,6 +65,7 @@ NO_ORCA = OrcaSettings(
     has_norm_leg=False,
     max_neighbours=0,
     is_by_time=True,
+    tracking_error=0.0,
 )
 
 
@@ -71,6 +73,15 @@ NO_ORCA = OrcaSettings(
 def row_offset(along: float, share: float, change: float) -> float:
     """Offset of Eq. (15): ``n @ v_opt + share * change``, with ``along = n @ v_opt``."""
     return along + share * change
+
+
+@formula
+def grown_radius(combined_radius: float, distance: float, tracking_error: float) -> float:
+    """Combined radius of robots that track velocities with an error: grown by both errors.
+
+    The errors are shrunk to half of the gap, which both robots know, so that discs that are apart stay apart.
+    """
+    return combined_radius + max(0.0, min(2.0 * tracking_error, distance - combined_radius))
 
 
 @formula
@@ -182,12 +193,17 @@ def add_orca_rows(
         i_x, i_y, j_x, j_y = optimisation_velocities(
             state, settings.v_opt, i, j, wanted_x, wanted_y
         )
+        p_x, p_y = state[j, X] - state[i, X], state[j, Y] - state[i, Y]
+        combined = state[i, RADIUS] + state[j, RADIUS]
+        if settings.tracking_error > 0.0:
+            distance = math.sqrt(p_x * p_x + p_y * p_y)
+            combined = grown_radius(combined, distance, settings.tracking_error)
         n_x, n_y, change = norm_boundary(
-            state[j, X] - state[i, X],
-            state[j, Y] - state[i, Y],
+            p_x,
+            p_y,
             i_x - j_x,
             i_y - j_y,
-            state[i, RADIUS] + state[j, RADIUS],
+            combined,
             settings.time_horizon,
             settings.overlap_horizon,
             1.0 if i < j else -1.0,
@@ -263,11 +279,12 @@ class PriorityORCA:
             has_norm_leg=leg == "norm",
             max_neighbours=np.iinfo(np.int64).max if max_neighbours is None else int(max_neighbours),
             is_by_time=order == "time_to_collision",
+            tracking_error=0.0,
         )
 
-    def settings(self, source: int) -> OrcaSettings:
-        """Settings for kernels; ``source`` is the constraint's number in labels."""
-        return self._settings._replace(source=source)
+    def settings(self, source: int, tracking_error: float = 0.0) -> OrcaSettings:
+        """Settings for kernels; ``source`` is the constraint's number in labels, the error that of the kinematics."""
+        return self._settings._replace(source=source, tracking_error=tracking_error)
 
     def require(self, scene: Scene) -> None:
         """Check that the scene says what this constraint needs.

@@ -11,7 +11,7 @@ import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.half_spaces import HalfSpaces
-from safefilter.jit import formula
+from safefilter.jit import array_formula
 
 
 class RowLabels(NamedTuple):
@@ -26,7 +26,25 @@ class RowLabels(NamedTuple):
     label: IntArray
 
 
-@formula
+class Sections(NamedTuple):
+    """Where each kind of row ends.
+
+    Attributes:
+        num_sides: Sides of the allowed set.
+        num_separated: One-step separation: budgets for every instant of the step.
+        num_budgets: Other hard rows that standing still keeps: walls over a horizon, the user's.
+        num_hard: Hard rows of the user's that standing still breaks.
+        num_rows: Soft rows.
+    """
+
+    num_sides: int
+    num_separated: int
+    num_budgets: int
+    num_hard: int
+    num_rows: int
+
+
+@array_formula
 def row_buffers(num_decisions: int, capacity: int) -> RowLabels:
     """Allocate zeroed buffers for a batch."""
     return RowLabels(

@@ -68,13 +68,15 @@ def user_rows(
 
 
 def _packed(parts: list[tuple[int, HalfSpaces]]) -> UserRows:
-    rows = HalfSpaces.stacked([part for _, part in parts])
+    # Stacking checks all rows again: not for a single part.
+    rows = parts[0][1] if len(parts) == 1 else HalfSpaces.stacked([part for _, part in parts])
     source = np.concatenate(
         [np.full((part.num_decisions, part.num_rows), number) for number, part in parts], axis=1
     )
     hard = rows.present & rows.hard
     budget = hard & (rows.offsets <= 0.0)
-    order = np.argsort(np.select([budget, hard, rows.present], [0, 1, 2], 3), axis=1, kind="stable")
+    kind = np.where(budget, 0, np.where(hard, 1, np.where(rows.present, 2, 3)))
+    order = np.argsort(kind, axis=1, kind="stable")
     array = np.stack([rows.normals[:, :, 0], rows.normals[:, :, 1], rows.offsets], axis=1)
     label = np.stack([source, rows.labels[:, :, 1]], axis=1)
     return UserRows(

@@ -17,13 +17,12 @@ from __future__ import annotations
 import math
 from typing import Literal, get_args
 
-import numpy as np
 import numpy.typing as npt
-from scipy.spatial import ConvexHull
 
-from safefilter.arrays import FloatArray, frozen, positive_number
+from safefilter.arrays import FloatArray, positive_number
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.jit import source_of
+from safefilter.kinematics.drive import Drive
 from safefilter.kinematics.holonomic import Holonomic
 from safefilter.kinematics.tracking import largest_tracked_speed
 from safefilter.scene import Scene
@@ -31,9 +30,6 @@ from safefilter.scene import Scene
 Mapping = Literal["cut", "polygon"]
 # The prototype's 0.3 s at the paper's step of 0.2 s.
 TURN_TIME_STEPS = 1.5
-# Directions in which a polygon is checked to lie inside S_AHV.
-CHECKED_DIRECTIONS = 2880
-ARC_CORNERS = 17
 
 
 class DifferentialDrive(Holonomic):
@@ -94,7 +90,11 @@ class DifferentialDrive(Holonomic):
         if mapping == "polygon":
             if not self.is_uniform:
                 raise InvalidInput('mapping="polygon" takes one v_max for all robots; use mapping="cut"')
-            self.sides, self.inner_radius = self._polygon()
+            # scipy takes as long to import as this whole package, and only this mapping needs it.
+            from safefilter.kinematics.inscribed_polygon import inscribed_polygon  # noqa: PLC0415
+
+            v_max_all = float(self._v_max[0])
+            self.sides, self.inner_radius = inscribed_polygon(self.tracked_speed, v_max_all)
 
     def tracked_speed(self, angle: float) -> float:
         """Largest speed that is tracked within the error at an angle from the heading, in m/s: the rim of S_AHV."""
@@ -102,56 +102,27 @@ class DifferentialDrive(Holonomic):
             angle, float(self._v_max[0]), self.omega_max, self.turn_time, self.tracking_error
         )
 
-    def _polygon(self) -> tuple[FloatArray, float]:
-        """Largest polygon of a family inside S_AHV, as sides for a speed of 1, in the robot's frame.
+    def drive(self, scene: Scene, command: FloatArray) -> Drive:
+        """What kernels need to know of how velocities become commands.
 
-        S_AHV is a wide sector ahead and little behind; its hull breaks the error bound. The family joins an arc ahead
-        to one corner on each side and one behind, pulled in until the hull fits.
-        """
-        direction = np.linspace(-math.pi, math.pi, CHECKED_DIRECTIONS, endpoint=False)
-        rim = np.array([self.tracked_speed(angle) for angle in direction])
-        best: ConvexHull | None = None
-        for half_arc in np.linspace(0.05, 0.5 * math.pi, 30):
-            for pull in (0.2, 0.4, 0.6, 0.8, 1.0):
-                hull = ConvexHull(self._corners(half_arc, pull))
-                if _fits(hull, direction, rim) and (best is None or hull.volume > best.volume):
-                    best = hull
-        if best is None:
-            raise OutOfRange(
-                f"tracking_error: {self.tracking_error} m leaves no polygon of velocities; raise it, or use "
-                'mapping="cut"'
-            )
-        equations = np.unique(best.equations, axis=0)
-        v_max = float(self._v_max[0])
-        sides = np.stack([-equations[:, 0], -equations[:, 1], equations[:, 2] / v_max])
-        return frozen(sides), float(-sides[2].max())
-
-    def _corners(self, half_arc: float, pull: float) -> FloatArray:
-        ahead = np.linspace(-half_arc, half_arc, ARC_CORNERS)
-        behind = np.array([-0.75 * math.pi, 0.75 * math.pi, math.pi, 0.5 * math.pi, -0.5 * math.pi])
-        angle = np.concatenate([ahead, behind])
-        scale = np.concatenate([np.ones(ARC_CORNERS), np.full(len(behind), pull)])
-        speed = scale * np.array([self.tracked_speed(a) for a in angle])
-        return np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
-
-    def heading(self, scene: Scene) -> FloatArray:
-        """Headings of a scene.
+        Args:
+            scene: A scene with headings.
+            command: (v, w) that the policies ask for, shape (B, 2).
 
         Raises:
-            InvalidInput: If the scene has none.
+            InvalidInput: If the scene has no headings.
         """
         if scene.heading is None:
             raise InvalidInput(
                 "a differential drive needs headings: pass heading= to Scene.from_world"
             )
-        return scene.heading
-
-
-def _fits(hull: ConvexHull, direction: FloatArray, rim: FloatArray) -> bool:
-    """Is the hull inside the rim in every direction, and the origin inside the hull?"""
-    normals, offsets = hull.equations[:, :2], -hull.equations[:, 2]
-    if not (offsets > 0.0).all():
-        return False
-    along = np.stack([np.cos(direction), np.sin(direction)], axis=1) @ normals.T
-    reach = np.where(along > 1e-12, offsets / np.where(along > 1e-12, along, 1.0), np.inf).min(axis=1)
-    return bool((reach <= rim * (1.0 + 1e-9)).all())
+        return Drive(
+            is_used=True,
+            heading=scene.heading,
+            command=command,
+            omega_max=self.omega_max,
+            dt=self.dt,
+            turn_time=self.turn_time,
+            tracking_error=self.tracking_error,
+            has_polygon=self.mapping == "polygon",
+        )

@@ -8,11 +8,11 @@ robots are discs: so speed 0 is always left.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
 from safefilter.arrays import FloatArray
+from safefilter.constraints.row_buffers import Sections
 from safefilter.jit import formula
 from safefilter.kinematics.arc import chord_velocity, largest_advance
+from safefilter.kinematics.drive import Drive
 from safefilter.kinematics.holonomic import SPEED_SLACK
 from safefilter.kinematics.last_word import DOUBLE_ULP, MAX_CUTS, SINGLE_ULP, cast
 from safefilter.kinematics.tracking import command_towards, largest_tracked_speed
@@ -25,48 +25,14 @@ PARTING_ANGLE = 0.02
 STILL_PART = 1e-6
 
 
-class Drive(NamedTuple):
-    """A differential drive as kernels take it.
-
-    Attributes:
-        is_used: False for holonomic robots: then the rest is empty.
-        heading: Of each robot, shape (N,), in rad.
-        command: (v, w) that the policy asks for, shape (B, 2).
-        omega_max: Largest turn rate, in rad/s.
-        dt: Duration of the step, in s.
-        turn_time: T, in s.
-        tracking_error: eps, in m.
-        has_polygon: Are solved velocities inside the polygon of S_AHV? If not, they are cut to it.
-    """
-
-    is_used: bool
-    heading: FloatArray
-    command: FloatArray
-    omega_max: float
-    dt: float
-    turn_time: float
-    tracking_error: float
-    has_polygon: bool
-
-
-class HardRows(NamedTuple):
-    """Hard rows of one decision: budgets in [first, last), others in [last, end)."""
-
-    array: FloatArray
-    first: int
-    last: int
-    end: int
-
-
 @formula
-def speed_cap(hard: HardRows, heading: float, turn_rate: float, dt: float) -> float:
-    """Largest speed at which the arc keeps all budgets, and its chord the other rows with an offset <= 0, in m/s."""
-    rows = hard.array
+def speed_cap(rows: FloatArray, sections: Sections, heading: float, turn_rate: float, dt: float) -> float:
+    """Largest speed at which the arc keeps all budgets, and its chord the other rows, in m/s."""
     d_x, d_y = math.cos(heading), math.sin(heading)
     end_x, end_y = math.cos(heading + turn_rate * dt), math.sin(heading + turn_rate * dt)
     c_x, c_y = chord_velocity(1.0, turn_rate, heading, dt)
     cap = math.inf
-    for k in range(hard.first, hard.last):
+    for k in range(sections.num_sides, sections.num_separated):
         e_x, e_y = -rows[0, k], -rows[1, k]
         advance = largest_advance(
             e_x * d_x + e_y * d_y,
@@ -77,30 +43,30 @@ def speed_cap(hard: HardRows, heading: float, turn_rate: float, dt: float) -> fl
         )
         if advance > 0.0:
             cap = min(cap, max(0.0, -rows[2, k] * dt / advance))
-    for k in range(hard.last, hard.end):
+    for k in range(sections.num_separated, sections.num_budgets):
         along = rows[0, k] * c_x + rows[1, k] * c_y
-        if rows[2, k] <= 0.0 and along < 0.0:
+        if along < 0.0:
             cap = min(cap, rows[2, k] / along)
     return cap
 
 
 @formula
 def is_command_safe(
-    hard: HardRows, drive: Drive, heading: float, v_max: float, speed: float, turn_rate: float
+    rows: FloatArray, sections: Sections, drive: Drive, heading: float, v_max: float, speed: float, turn_rate: float
 ) -> bool:
     """Is a command within its limits, and its arc within every budget? False for NaN."""
     within = (
         0.0 <= speed <= v_max * (1.0 + SPEED_SLACK)
         and abs(turn_rate) <= drive.omega_max * (1.0 + SPEED_SLACK)
     )
-    return within and speed <= speed_cap(hard, heading, turn_rate, drive.dt)
+    return within and speed <= speed_cap(rows, sections, heading, turn_rate, drive.dt)
 
 
 @formula
-def is_free(hard: HardRows, x: float, y: float, contact: float, skipped: int) -> bool:
+def is_free(rows: FloatArray, sections: Sections, x: float, y: float, contact: float, skipped: int) -> bool:
     """Does no contact but ``skipped`` stand in the way of a direction?"""
-    for k in range(hard.first, hard.end):
-        in_the_way = rows_along(hard.array, k, x, y) < 0.0 and -contact < hard.array[2, k] <= 0.0
+    for k in range(sections.num_sides, sections.num_budgets):
+        in_the_way = rows_along(rows, k, x, y) < 0.0 and -contact < rows[2, k]
         if in_the_way and k != skipped:
             return False
     return True
@@ -113,20 +79,20 @@ def rows_along(rows: FloatArray, k: int, x: float, y: float) -> float:
 
 
 @formula
-def turn_to_freedom(hard: HardRows, heading: float, contact: float) -> float:
+def turn_to_freedom(rows: FloatArray, sections: Sections, heading: float, contact: float) -> float:
     """Smallest turn to a heading that no contact stands in the way of, in rad; 0 if there is none, or none is needed.
 
     Ties go to the right, so that two noses that meet turn the same way and part (norm-1).
     """
     d_x, d_y = math.cos(heading), math.sin(heading)
-    if is_free(hard, d_x, d_y, contact, -1):
+    if is_free(rows, sections, d_x, d_y, contact, -1):
         return 0.0
     best = math.inf
-    for k in range(hard.first, hard.end):
-        if not -contact < hard.array[2, k] <= 0.0:
+    for k in range(sections.num_sides, sections.num_budgets):
+        if not -contact < rows[2, k]:
             continue
         away = math.atan2(
-            d_x * hard.array[1, k] - d_y * hard.array[0, k], rows_along(hard.array, k, d_x, d_y)
+            d_x * rows[1, k] - d_y * rows[0, k], rows_along(rows, k, d_x, d_y)
         )
         for side in (-1.0, 1.0):
             # The normal points away from the contact; a quarter turn from it is along the contact.
@@ -136,14 +102,14 @@ def turn_to_freedom(hard: HardRows, heading: float, contact: float) -> float:
             is_better = abs(turn) < abs(best) - 1e-9 or (
                 abs(turn) < abs(best) + 1e-9 and turn < best
             )
-            if is_better and is_free(hard, x, y, contact, k):
+            if is_better and is_free(rows, sections, x, y, contact, k):
                 best = turn
     return best if math.isfinite(best) else 0.0
 
 
 @formula
 def wanted_command(
-    hard: HardRows, drive: Drive, k: int, heading: float, v_max: float, u_x: float, u_y: float
+    rows: FloatArray, sections: Sections, drive: Drive, k: int, heading: float, v_max: float, u_x: float, u_y: float
 ) -> tuple[float, float]:
     """Command that goes for a solved velocity, before the last word."""
     speed = math.sqrt(u_x * u_x + u_y * u_y)
@@ -151,7 +117,7 @@ def wanted_command(
     if not speed > STILL_PART * v_max:
         asked_speed, asked_turn = drive.command[k, 0], drive.command[k, 1]
         if asked_speed > 0.0:
-            turn = turn_to_freedom(hard, heading, CONTACT_PART * v_max)
+            turn = turn_to_freedom(rows, sections, heading, CONTACT_PART * v_max)
             if turn != 0.0:
                 return 0.0, min(limit, max(-limit, turn / drive.dt))
         return 0.0, min(limit, max(-limit, asked_turn))
@@ -167,7 +133,7 @@ def wanted_command(
 
 @formula
 def drive_last_word(
-    hard: HardRows,
+    rows: FloatArray, sections: Sections,
     drive: Drive,
     heading: float,
     v_max: float,
@@ -180,10 +146,10 @@ def drive_last_word(
         return 0.0, 0.0
     ulp = SINGLE_ULP if is_single else DOUBLE_ULP
     turn_rate = cast(min(drive.omega_max, max(-drive.omega_max, turn_rate)), is_single)
-    cap = min(v_max, speed_cap(hard, heading, turn_rate, drive.dt))
+    cap = min(v_max, speed_cap(rows, sections, heading, turn_rate, drive.dt))
     speed = cast(max(0.0, min(speed, cap)), is_single)
     for attempt in range(MAX_CUTS):
-        if is_command_safe(hard, drive, heading, v_max, speed, turn_rate):
+        if is_command_safe(rows, sections, drive, heading, v_max, speed, turn_rate):
             return speed, turn_rate
         speed = cast(min(speed, cap) * max(0.0, 1.0 - 2.0**attempt * ulp), is_single)
     return 0.0, turn_rate

@@ -17,6 +17,7 @@ from safefilter.arrays import FloatArray, frozen, per_robot, require_positive
 from safefilter.constraints.row_buffers import RowLabels
 from safefilter.errors import OutOfRange, ShapeError
 from safefilter.jit import formula
+from safefilter.kinematics.drive import NO_DRIVE, Drive
 from safefilter.scene import Scene
 
 # A speed of exactly v_max may come as a float32 a little above it: this much is let through, and everyone's reach in
@@ -32,14 +33,17 @@ def is_within_speed(x: float, y: float, limit: float) -> bool:
 
 
 @formula
-def add_polygon_rows(rows: RowLabels, count: int, sides: FloatArray, v_max: float) -> int:
-    """Write the sides of the polygon inscribed in the disc of radius ``v_max``; returns the new count.
+def add_polygon_rows(
+    rows: RowLabels, count: int, sides: FloatArray, v_max: float, cosine: float, sine: float
+) -> int:
+    """Write the sides of the polygon of allowed velocities; returns the new count.
 
-    ``sides`` holds (inward n_x, inward n_y, offset) for a disc of radius 1, shape (3, S).
+    ``sides`` holds (inward n_x, inward n_y, offset) for a speed limit of 1, shape (3, S); it is scaled by ``v_max``
+    and turned by the angle given by its cosine and sine.
     """
     for k in range(sides.shape[1]):
-        rows.array[0, count] = sides[0, k]
-        rows.array[1, count] = sides[1, k]
+        rows.array[0, count] = cosine * sides[0, k] - sine * sides[1, k]
+        rows.array[1, count] = sine * sides[0, k] + cosine * sides[1, k]
         rows.array[2, count] = sides[2, k] * v_max
         rows.label[0, count] = 0
         rows.label[1, count] = k
@@ -52,11 +56,14 @@ class Holonomic:
 
     Attributes:
         name: ``allowed_velocities``.
+        tracking_error: How far off its velocity's course a robot may be, in m: not at all.
+        is_uniform: Is there one ``v_max`` for all robots?
         sides: Sides of the polygon, shape (3, S): inward normal and offset for a disc of radius 1.
         inner_radius: Radius of the circle inside the polygon, for a disc of radius 1.
     """
 
     name = "allowed_velocities"
+    tracking_error = 0.0
 
     def __init__(self, v_max: npt.ArrayLike, sides: int = 64) -> None:
         """Check the settings.
@@ -76,13 +83,13 @@ class Holonomic:
             raise ShapeError(f"v_max: expected a number or shape (N,), got {given.shape}")
         limits = per_robot(given, "v_max", given.size)
         self._v_max = frozen(require_positive(limits, "v_max"))
-        self._is_one = given.ndim == 0
+        self.is_uniform = given.ndim == 0
         if sides < MIN_SIDES:
             raise OutOfRange(f"sides: expected at least {MIN_SIDES}, got {sides}")
         # Corners at multiples of 2 pi / sides, so that full speed along the axes stays allowed.
         angle = (np.arange(sides) + 0.5) * (2.0 * math.pi / sides)
         self.inner_radius = math.cos(math.pi / sides)
-        self.sides: FloatArray = frozen(
+        self.sides = frozen(
             np.stack([-np.cos(angle), -np.sin(angle), np.full(sides, -self.inner_radius)])
         )
 
@@ -92,7 +99,7 @@ class Holonomic:
         Raises:
             ShapeError: If ``v_max`` was given for another number of robots.
         """
-        if self._is_one:
+        if self.is_uniform:
             return np.full(scene.num_robots, self._v_max[0])
         if len(self._v_max) != scene.num_robots:
             raise ShapeError(
@@ -103,3 +110,7 @@ class Holonomic:
     def speed_limit(self, scene: Scene) -> FloatArray:
         """Bound on each robot's executed speed, shape (N,), in m/s: ``v_max`` and the rounding let through."""
         return self.v_max(scene) * (1.0 + SPEED_SLACK)
+
+    def drive(self, scene: Scene, command: FloatArray) -> Drive:  # noqa: ARG002
+        """What kernels need to know of how velocities become actions: nothing, they are actions."""
+        return NO_DRIVE

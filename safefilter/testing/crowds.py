@@ -21,8 +21,9 @@ SPEEDS = (0.1, 2.0)
 # Priorities of 1e-3 to 1e3: ratios up to 1e6.
 PRIORITY_DECADES = 3.0
 PASSIVE_SHARE = 0.15
-# Free distance to the robot beside which another is put down, in m. The last is drawn from 0 to 1.
-TIGHTNESS = (0.0, 1e-6, 1.0)
+# Free distance to the robot beside which another is put down, in m; beyond a
+# micrometre it is the largest, and each robot draws its own.
+TIGHTNESS = (0.0, 1e-6, 0.5, 4.0)
 ATTEMPTS = 20
 # How far robots see, in m: more than any can cover within the time horizon of two seconds at half speed.
 SIGHT = 6.0
@@ -44,12 +45,14 @@ def random_crowd(rng: np.random.Generator, num_robots: int) -> Crowd:
     """Draw worlds of `MIN_ROBOTS` to `MAX_ROBOTS` robots until they hold at least ``num_robots``."""
     sizes: list[int] = []
     while sum(sizes) < num_robots:
-        sizes.append(int(np.exp(rng.uniform(np.log(MIN_ROBOTS), np.log(MAX_ROBOTS + 1)))))
+        sizes.append(int(_log_uniform(rng, (MIN_ROBOTS, MAX_ROBOTS + 1), 1)[0]))
     size = np.array(sizes)
     world = np.repeat(np.arange(len(size)), size)
     total = len(world)
-    radius = np.exp(rng.uniform(*np.log(RADII), total))
-    v_max = np.exp(rng.uniform(*np.log(SPEEDS), total))
+    radius = _log_uniform(rng, RADII, total)
+    # Slow worlds and fast ones, and in each robots of half the speed of others.
+    fastest = _log_uniform(rng, SPEEDS, len(size))
+    v_max = fastest[world] * rng.uniform(0.5, 1.0, total)
     angle = rng.uniform(0.0, 2.0 * np.pi, total)
     speed = v_max * rng.uniform(0.0, 1.0, total)
     cooperative = rng.uniform(size=total) >= PASSIVE_SHARE
@@ -96,6 +99,13 @@ def put_down(rng: np.random.Generator, size: IntArray, radius: FloatArray) -> Fl
     return place[present]
 
 
+def _log_uniform(
+    rng: np.random.Generator, limits: tuple[float, float], size: int
+) -> FloatArray:
+    low, high = limits
+    return low * (high / low) ** rng.uniform(size=size)
+
+
 def _beside(
     rng: np.random.Generator, place: FloatArray, radii: FloatArray, gap: FloatArray, attempt: int
 ) -> FloatArray:
@@ -118,5 +128,4 @@ def _is_free(tried: FloatArray, place: FloatArray, radii: FloatArray) -> BoolArr
     """Is a place free? Touching is, up to rounding."""
     offset = place - tried[:, None]
     gap = np.hypot(offset[:, :, 0], offset[:, :, 1]) - radii[:, :-1] - radii[:, -1:]
-    is_free: BoolArray = (gap >= -1e-14).all(axis=1)
-    return is_free
+    return np.min(gap, axis=1) >= -1e-14

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import combinations
+from math import lcm
 
 from safefilter.errors import UnsupportedProgram
 from safefilter.programs.convex_program import ConvexProgram
@@ -67,14 +68,17 @@ def exact_least_violation(program: ConvexProgram) -> Point | None:
         raise UnsupportedProgram(
             f"exact_least_violation: expected P = 0 and q = (0, 0, 1), got q = {program.q.tolist()}"
         )
-    rows, bounds = _rows(program), [Fraction(value) for value in program.h]
-    least: Point | None = None
-    for chosen in combinations(range(len(rows)), 3):
-        corner = _corner([rows[i] for i in chosen], [bounds[i] for i in chosen])
-        lower = corner is not None and (least is None or corner[2] < least[2])
-        if corner is not None and lower and _permits(rows, bounds, corner):
-            least = corner
-    return least
+    rows = [_whole(*row, bound) for row, bound in zip(program.G, program.h, strict=True)]
+    least, scale = (0, 0, 0), 0
+    for chosen in combinations(rows, 3):
+        *corner, volume = _corner(chosen)
+        lower = volume > 0 and (scale == 0 or corner[2] * scale < least[2] * volume)
+        if lower and all(
+            a * corner[0] + b * corner[1] + c * corner[2] <= bound * volume
+            for a, b, c, bound in rows
+        ):
+            least, scale = (corner[0], corner[1], corner[2]), volume
+    return tuple(Fraction(value, scale) for value in least) if scale else None
 
 
 def exact_multipliers(program: ConvexProgram, point: Point) -> Point | None:
@@ -122,23 +126,31 @@ def _candidates(rows: list[Point], bounds: list[Fraction], wanted: Point) -> Ite
             )
 
 
-def _corner(rows: list[Point], bounds: list[Fraction]) -> Point | None:
-    """Common point of three planes by Cramer's rule, or None if there is not exactly one."""
-    volume = _determinant(rows)
-    if not volume:
-        return None
-    replaced = (
-        [(*row[:k], bound, *row[k + 1 :]) for row, bound in zip(rows, bounds, strict=True)]
-        for k in range(3)
-    )
-    return tuple(_determinant(matrix) / volume for matrix in replaced)
+def _whole(*row: float) -> tuple[int, ...]:
+    """Multiply a row and its bound by the number that makes them whole: the half-space stays the same."""
+    values = [Fraction(value) for value in row]
+    factor = lcm(*(value.denominator for value in values))
+    return tuple(int(value * factor) for value in values)
 
 
-def _determinant(m: list[Point]) -> Fraction:
+def _corner(rows: tuple[tuple[int, ...], ...]) -> tuple[int, int, int, int]:
+    """Common point of three planes ``(normal, bound)`` by Cramer's rule: numerators and denominator, 0 if none."""
+    volume = _determinant(rows, (0, 1, 2))
+    sign = -1 if volume < 0 else 1
     return (
-        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
-        - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
-        + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+        sign * _determinant(rows, (3, 1, 2)),
+        sign * _determinant(rows, (0, 3, 2)),
+        sign * _determinant(rows, (0, 1, 3)),
+        sign * volume,
+    )
+
+
+def _determinant(m: tuple[tuple[int, ...], ...], columns: tuple[int, int, int]) -> int:
+    i, j, k = columns
+    return (
+        m[0][i] * (m[1][j] * m[2][k] - m[1][k] * m[2][j])
+        - m[0][j] * (m[1][i] * m[2][k] - m[1][k] * m[2][i])
+        + m[0][k] * (m[1][i] * m[2][j] - m[1][j] * m[2][i])
     )
 
 

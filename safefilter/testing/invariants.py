@@ -83,7 +83,9 @@ def assert_certified(
     given = np.asarray(action)
     checks = safety_filter.certify(scene, given, decision, exact=exact)
     for k, check in enumerate(checks):
-        reason = "" if decision.certified[k] else "the decision itself says that it is not certified"
+        reason = (
+            "" if decision.certified[k] else "the decision itself says that it is not certified"
+        )
         reason = reason or check.reason
         if reason:
             raise NotCertified(
@@ -139,7 +141,9 @@ def assert_priority_allocation(
             own, other, float(scene.priority[i]), float(scene.priority[j])
         )
         if float(np.abs(normal + other_normal).max()) > SHARE_TOLERANCE:
-            complaint = f"their normals {normal.tolist()} and {other_normal.tolist()} are not opposite"
+            complaint = (
+                f"their normals {normal.tolist()} and {other_normal.tolist()} are not opposite"
+            )
         if complaint:
             raise WrongAllocation(
                 f"robots {i} and {j}: {complaint}\nto repeat it:\n  scene = {scene_code(scene)}\n"
@@ -168,8 +172,8 @@ def _allocation_complaint(own: float, other: float, priority: float, other_prior
     expected = weight / (priority + other_priority)
     if abs(own - expected * total) > SHARE_TOLERANCE * (1.0 + abs(own) + abs(other)):
         return (
-            f"priorities {priority!r} and {other_priority!r} give the first {expected:.6g} of the change of {total:.6g} "
-            f"m/s, but its row takes {own:.6g} m/s of it"
+            f"priorities {priority!r} and {other_priority!r} give the first {expected:.6g} of the change "
+            f"of {total:.6g} m/s, but its row takes {own:.6g} m/s of it"
         )
     return ""
 

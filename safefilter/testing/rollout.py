@@ -31,7 +31,7 @@ class Trial:
     Attributes:
         scene: The start.
         policy: Proposes velocities.
-        v_max: Top speed of each robot, shape (N,), in m/s; one number stands for all.
+        v_max: Top speed of each robot, shape (N,), in m/s.
         dt: Duration of a step, in s.
         num_steps: Number of steps.
         seed: Seed of the policy.
@@ -63,7 +63,7 @@ class Trial:
     def __repr__(self) -> str:
         """Write the code that makes it."""
         return (
-            f"Trial({scene_code(self.scene)}, {self.policy!r}, {array_code(self.v_max)}, dt={self.dt!r}, "
+            f"Trial({scene_code(self.scene)}, {self.policy!r}, {self._v_max_code()}, dt={self.dt!r}, "
             f"num_steps={self.num_steps}, seed={self.seed}, is_single={self.is_single}, "
             f"passive_speed={self.passive_speed!r})"
         )
@@ -107,7 +107,7 @@ def closed_loop(safety_filter: SafetyFilter | None, trial: Trial) -> Iterator[St
     world_pairs = pairs_within(scene.world)
     judged = scene.cooperative[world_pairs.first] | scene.cooperative[world_pairs.second]
     pairs = Pairs(world_pairs.first[judged], world_pairs.second[judged])
-    dtype = np.float32 if trial.is_single else np.float64
+    dtype = np.dtype(np.float32 if trial.is_single else np.float64)
     for number in range(trial.num_steps):
         action = trial.policy.act(scene, trial.v_max, rng).astype(dtype)
         wanted = action.astype(np.float64)

@@ -62,6 +62,7 @@ class Tally:
             uncertified=self.uncertified + other.uncertified,
         )
 
+    @property
     def num_faults(self) -> int:
         """Decisions with a fault of any kind."""
         return sum(self.faults) - self.faults[Fault.NONE]

@@ -63,7 +63,8 @@ class ActionBox:
         low, high = space.low.reshape(-1, 2), space.high.reshape(-1, 2)
         # Row of _NORMALS k is v >= bound for k < 2 and -v >= -bound after; float32 bounds are exact in float64.
         self._offsets: FloatArray = np.concatenate([low, -high], axis=1, dtype=np.float64)
-        self._row_of = {int(robot): row for row, robot in enumerate(robots)}
+        self._rows = {int(robot): row for row, robot in enumerate(robots)}
+        self._rows_of_all = _half_spaces(self._offsets, self.name)
 
     def binds(self, speed_limit: FloatArray) -> bool:
         """Can a robot leave its box?
@@ -75,16 +76,20 @@ class ActionBox:
 
     def half_spaces(self, scene: Scene, action: FloatArray, index: IntArray) -> HalfSpaces:  # noqa: ARG002
         """Make a row for every finite bound; see `Constraint.half_spaces`."""
-        rows = [self._row_of[int(robot)] for robot in index]
-        offsets = self._offsets[rows]
-        batch = len(rows)
-        labels = np.zeros((batch, len(_NORMALS), 2), dtype=np.int64)
-        labels[:, :, 1] = np.arange(len(_NORMALS))
-        return HalfSpaces(
-            normals=np.broadcast_to(_NORMALS, (batch, *_NORMALS.shape)).copy(),
-            offsets=offsets,
-            hard=np.ones(offsets.shape, dtype=np.bool_),
-            present=np.isfinite(offsets),
-            labels=labels,
-            sources=(self.name,),
-        )
+        if np.array_equal(index, self.robots):
+            return self._rows_of_all
+        return _half_spaces(self._offsets[[self._rows[int(robot)] for robot in index]], self.name)
+
+
+def _half_spaces(offsets: FloatArray, name: str) -> HalfSpaces:
+    batch, num_rows = offsets.shape
+    labels = np.zeros((batch, num_rows, 2), dtype=np.int64)
+    labels[:, :, 1] = np.arange(num_rows)
+    return HalfSpaces(
+        normals=np.broadcast_to(_NORMALS, (batch, *_NORMALS.shape)).copy(),
+        offsets=offsets,
+        hard=np.ones(offsets.shape, dtype=np.bool_),
+        present=np.isfinite(offsets),
+        labels=labels,
+        sources=(name,),
+    )

@@ -45,7 +45,7 @@ def test_thirds_are_exact() -> None:
 
 def test_the_multipliers_of_a_corner() -> None:
     program = ConvexProgram(np.eye(2), np.array([-3.0, -5.0]), AXES, np.ones(2))
-    assert exact_multipliers(program, (Fraction(1), Fraction(1))) == (2, 4)
+    assert exact_multipliers(program, (Fraction(1), Fraction(1))) == (Fraction(2), Fraction(4))
     assert exact_multipliers(program, (Fraction(1), Fraction(0))) is None
 
 
@@ -62,7 +62,8 @@ def test_two_robots_head_on_share_the_violation() -> None:
     corner = exact_least_violation(program)
     assert corner is not None
     assert (corner[0], corner[2]) == (Fraction(-1, 8), Fraction(3, 8))
-    assert exact_multipliers(program, corner) == (Fraction(1, 2), Fraction(1, 2), 0, 0, 0, 0, 0)
+    half, zero = Fraction(1, 2), Fraction(0)
+    assert exact_multipliers(program, corner) == (half, half, *[zero] * 5)
 
 
 @given(drawn=contradictory_programs())

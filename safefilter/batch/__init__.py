@@ -1,0 +1,1 @@
+"""A batch of decisions in one compiled kernel."""

@@ -1,0 +1,204 @@
+"""The fused path: a batch of decisions in one kernel, rows made, used and dropped robot by robot.
+
+This is Alg. 2 of Qin et al. with the built-in solver; every formula is called from its own file.
+
+Letters: B decisions. m/s; commands (v, w) in m/s and rad/s.
+"""
+
+from __future__ import annotations
+
+import math
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.batch.program import ACTION_NOT_FINITE, NO_FAULT, SAFE, solve, write_labels
+from safefilter.batch.records import (
+    Options,
+    Outcome,
+    Problem,
+    Results,
+    Scratch,
+    make_scratch,
+    outcome_of,
+)
+from safefilter.batch.rows import hold, make_rows, soft_violation
+from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
+from safefilter.jit import formula, kernel
+from safefilter.kinematics.arc import chord_velocity
+from safefilter.kinematics.drive_last_word import (
+    drive_last_word,
+    is_command_safe,
+    wanted_command,
+)
+from safefilter.kinematics.last_word import SINGLE_ULP, keeps_budgets, last_word
+
+# A last word within this many roundings of the solved velocity is a push off a row, not a cut.
+CUT_ROUNDINGS = 10.0
+
+
+@formula
+def keeps_hard_rows(
+    problem: Problem, k: int, rows: FloatArray, sections: Sections, action_x: float, action_y: float
+) -> bool:
+    """Does an action, a velocity or a command, keep its limits and every budget exactly? False for NaN."""
+    i = problem.index[k]
+    if problem.drive.is_used:
+        return is_command_safe(
+            rows,
+            sections,
+            problem.drive,
+            problem.drive.heading[i],
+            problem.limits.v_max[i],
+            action_x,
+            action_y,
+        )
+    limit = problem.limits.speed_limit[i]
+    return keeps_budgets(rows, sections.num_sides, sections.num_budgets, limit, action_x, action_y)
+
+
+@formula
+def velocity_of(problem: Problem, k: int, action_x: float, action_y: float) -> tuple[float, float]:
+    """Velocity of an action: itself, or the chord of a command's arc."""
+    if problem.drive.is_used:
+        heading = problem.drive.heading[problem.index[k]]
+        return chord_velocity(action_x, action_y, heading, problem.drive.dt)
+    return action_x, action_y
+
+
+@formula
+def decide_one(
+    problem: Problem,
+    options: Options,
+    out: Outcome,
+    k: int,
+    rows: RowLabels,
+    scratch: Scratch,
+) -> None:
+    """Alg. 2 for decision k."""
+    i, tolerance = problem.index[k], options.tolerance
+    wanted_x, wanted_y = problem.wanted[k, 0], problem.wanted[k, 1]
+    out.fault[k] = NO_FAULT
+    if not (math.isfinite(wanted_x) and math.isfinite(wanted_y)):
+        out.fault[k] = ACTION_NOT_FINITE
+        wanted_x, wanted_y = 0.0, 0.0
+        forget_wish(problem, k)
+    sections = make_rows(problem, k, rows, scratch.chosen, scratch.keys)
+    asked_x, asked_y = wanted_x, wanted_y
+    if problem.drive.is_used:
+        asked_x, asked_y = problem.drive.command[k, 0], problem.drive.command[k, 1]
+    # The sides are not asked in Case-1: any action within its limits executes exactly.
+    is_safe = keeps_hard_rows(problem, k, rows.array, sections, asked_x, asked_y) and hold(
+        rows.array, sections.num_separated, sections.num_rows, wanted_x, wanted_y, tolerance
+    )
+    if is_safe:
+        out.case[k], out.optimal[k] = SAFE, True
+        out.violation[k] = soft_violation(rows.array, sections, wanted_x, wanted_y)
+        write_labels(
+            out.active[k], out.multipliers[k], rows, scratch.active, scratch.multipliers, 0
+        )
+        write_labels(
+            out.proof[k],
+            out.proof_multipliers[k],
+            rows,
+            scratch.proof,
+            scratch.proof_multipliers,
+            0,
+        )
+        out.velocity[k, 0], out.velocity[k, 1] = wanted_x, wanted_y
+    else:
+        out.velocity[k, 0], out.velocity[k, 1] = solve(
+            out,
+            k,
+            rows,
+            scratch,
+            sections,
+            problem.limits.inner_radius * problem.limits.v_max[i],
+            problem.limits.speed_limit[i],
+            options.bias_cos * wanted_x + options.bias_sin * wanted_y,
+            options.bias_cos * wanted_y - options.bias_sin * wanted_x,
+            tolerance,
+        )
+    finish(problem, options, out, k, rows.array, sections)
+
+
+@formula
+def forget_wish(problem: Problem, k: int) -> None:
+    """Take a wish that is not finite as standing still."""
+    problem.wanted[k, 0], problem.wanted[k, 1] = 0.0, 0.0
+    if problem.drive.is_used:
+        problem.drive.command[k, 0], problem.drive.command[k, 1] = 0.0, 0.0
+
+
+@formula
+def last_word_of(
+    problem: Problem,
+    options: Options,
+    out: Outcome,
+    k: int,
+    rows: FloatArray,
+    sections: Sections,
+) -> tuple[float, float]:
+    """Action that executes for decision k's velocity."""
+    i = problem.index[k]
+    x, y = out.velocity[k, 0], out.velocity[k, 1]
+    if not problem.drive.is_used:
+        first, last = sections.num_sides, sections.num_budgets
+        limit = problem.limits.speed_limit[i]
+        return last_word(rows, first, last, limit, x, y, options.is_single)
+    drive = problem.drive
+    heading, v_max = drive.heading[i], problem.limits.v_max[i]
+    speed, turn_rate = drive.command[k, 0], drive.command[k, 1]
+    if out.case[k] != SAFE:
+        speed, turn_rate = wanted_command(rows, sections, drive, k, heading, v_max, x, y)
+        return drive_last_word(rows, sections, drive, heading, v_max, speed, turn_rate, options.is_single)
+    return speed, turn_rate
+
+
+@formula
+def finish(
+    problem: Problem,
+    options: Options,
+    out: Outcome,
+    k: int,
+    rows: FloatArray,
+    sections: Sections,
+) -> None:
+    """The last word on decision k's velocity, and the check of what executes."""
+    action_x, action_y = last_word_of(problem, options, out, k, rows, sections)
+    done_x, done_y = velocity_of(problem, k, action_x, action_y)
+    limit = problem.limits.speed_limit[problem.index[k]]
+    rounding = options.tolerance + (2.0 * SINGLE_ULP * limit if options.is_single else 0.0)
+    out.action[k, 0], out.action[k, 1] = action_x, action_y
+    moved = max(abs(done_x - out.velocity[k, 0]), abs(done_y - out.velocity[k, 1]))
+    out.capped[k] = moved > CUT_ROUNDINGS * rounding
+    out.correction[k] = math.sqrt(
+        (done_x - problem.wanted[k, 0]) ** 2 + (done_y - problem.wanted[k, 1]) ** 2
+    )
+    out.certified[k] = keeps_hard_rows(problem, k, rows, sections, action_x, action_y) and hold(
+        rows, sections.num_budgets, sections.num_hard, done_x, done_y, CUT_ROUNDINGS * rounding
+    )
+
+
+@kernel
+def decide_range(
+    problem: Problem, options: Options, results: Results, first: int, last: int
+) -> None:
+    """Decide [first, last) of a batch, with one set of scratch."""
+    out = outcome_of(results)
+    buffers = row_buffers(1, problem.capacity)
+    rows = RowLabels(buffers.array[0], buffers.label[0])
+    scratch = make_scratch(problem.num_neighbours)
+    for k in range(first, last):
+        decide_one(problem, options, out, k, rows, scratch)
+
+
+@kernel
+def finish_batch(
+    problem: Problem, options: Options, results: Results, array: FloatArray, sections: IntArray
+) -> None:
+    """The last word and check for velocities from elsewhere, with the rows of `collect_rows`."""
+    out = outcome_of(results)
+    for k in range(len(problem.index)):
+        own = Sections(
+            sections[k, 0], sections[k, 1], sections[k, 2], sections[k, 3], sections[k, 4]
+        )
+        finish(problem, options, out, k, array[k], own)

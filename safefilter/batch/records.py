@@ -1,0 +1,177 @@
+"""What the kernels of a batch are given and what they return.
+
+Letters: B decisions, N robots, S sides of the speed polygon. m/s.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.constraints.priority_orca import OrcaSettings
+from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.constraints.separation import SeparationSettings
+from safefilter.constraints.static_obstacles import StaticSettings
+from safefilter.constraints.user_rows import UserRows
+from safefilter.jit import array_formula
+from safefilter.kinematics.drive import Drive
+
+
+class Limits(NamedTuple):
+    """Allowed velocities as kernels take them.
+
+    Attributes:
+        v_max: Shape (N,).
+        speed_limit: Bound on executed speeds, shape (N,).
+        sides: Speed polygon for a disc of radius 1, shape (3, S).
+        inner_radius: Radius of the circle inside it.
+    """
+
+    v_max: FloatArray
+    speed_limit: FloatArray
+    sides: FloatArray
+    inner_radius: float
+
+
+class Problem(NamedTuple):
+    """Everything a batch of decisions depends on.
+
+    Attributes:
+        scene: What the robots know.
+        index: Robots to decide for, shape (B,).
+        wanted: Velocities they want, shape (B, 2).
+        orca: Settings of `PriorityORCA`.
+        separation: Settings of `Separation`.
+        static: Settings of `StaticObstacles`.
+        limits: Allowed velocities.
+        drive: Differential drives; not used for holonomic robots.
+        user: Rows of the user's.
+        capacity: Rows at most, for one decision.
+        num_neighbours: Neighbours at most, for one robot.
+    """
+
+    scene: SceneArrays
+    index: IntArray
+    wanted: FloatArray
+    orca: OrcaSettings
+    separation: SeparationSettings
+    static: StaticSettings
+    limits: Limits
+    drive: Drive
+    user: UserRows
+    capacity: int
+    num_neighbours: int
+
+
+class Options(NamedTuple):
+    """How to decide.
+
+    Attributes:
+        tolerance: In m/s.
+        bias_cos: Cosine of the right bias.
+        bias_sin: Sine of the right bias.
+        is_single: Are actions float32?
+    """
+
+    tolerance: float
+    bias_cos: float
+    bias_sin: float
+    is_single: bool
+
+
+class Scratch(NamedTuple):
+    """Room to work in, made once for a range of decisions: formulas make no arrays.
+
+    Attributes:
+        chosen: Neighbours kept, as long as the longest list of neighbours.
+        keys: What they are ordered by.
+        active: Rows that hold a point, shape (3,).
+        multipliers: Their multipliers, shape (3,).
+        proof: Rows that contradict each other, shape (3,).
+        proof_multipliers: Their weights, shape (3,).
+    """
+
+    chosen: IntArray
+    keys: FloatArray
+    active: IntArray
+    multipliers: FloatArray
+    proof: IntArray
+    proof_multipliers: FloatArray
+
+
+@array_formula
+def make_scratch(num_neighbours: int) -> Scratch:
+    """Allocate room to work in."""
+    return Scratch(
+        np.empty(num_neighbours, dtype=np.int64),
+        np.empty(num_neighbours),
+        np.empty(3, dtype=np.int64),
+        np.empty(3),
+        np.empty(3, dtype=np.int64),
+        np.empty(3),
+    )
+
+
+class Results(NamedTuple):
+    """Results of a batch in three blocks, because every array handed to a kernel costs.
+
+    Attributes:
+        numbers: Shape (B, 11).
+        labels: Shape (B, 10).
+        flags: Shape (B, 5).
+    """
+
+    numbers: FloatArray
+    labels: IntArray
+    flags: npt.NDArray[np.int8]
+
+    @classmethod
+    def empty(cls, num_decisions: int) -> Results:
+        """Allocate results for B decisions."""
+        return cls(
+            np.empty((num_decisions, 11)),
+            np.empty((num_decisions, 10), dtype=np.int64),
+            np.empty((num_decisions, 5), dtype=np.int8),
+        )
+
+
+class Outcome(NamedTuple):
+    """Results by name; fields as in `Decision`, labels with their two numbers side by side."""
+
+    action: FloatArray
+    velocity: FloatArray
+    correction: FloatArray
+    violation: FloatArray
+    multipliers: FloatArray
+    proof_multipliers: FloatArray
+    active: IntArray
+    proof: IntArray
+    case: npt.NDArray[np.int8]
+    fault: npt.NDArray[np.int8]
+    certified: npt.NDArray[np.int8]
+    optimal: npt.NDArray[np.int8]
+    capped: npt.NDArray[np.int8]
+
+
+@array_formula
+def outcome_of(results: Results) -> Outcome:
+    """Name the columns."""
+    numbers, labels, flags = results.numbers, results.labels, results.flags
+    return Outcome(
+        numbers[:, 0:2],
+        numbers[:, 2:4],
+        numbers[:, 4],
+        numbers[:, 5],
+        numbers[:, 6:8],
+        numbers[:, 8:11],
+        labels[:, 0:4],
+        labels[:, 4:10],
+        flags[:, 0],
+        flags[:, 1],
+        flags[:, 2],
+        flags[:, 3],
+        flags[:, 4],
+    )

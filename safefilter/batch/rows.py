@@ -1,0 +1,114 @@
+"""All rows of one decision, in one order; kernels and `SafetyFilter.half_spaces` both take them from here.
+
+Letters: B decisions, M rows. m/s.
+"""
+
+from __future__ import annotations
+
+import math
+import numpy as np
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.batch.records import Problem
+from safefilter.constraints.priority_orca import add_orca_rows
+from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
+from safefilter.constraints.separation import add_separation_rows
+from safefilter.constraints.user_rows import UserRows
+from safefilter.constraints.walls import add_wall_rows
+from safefilter.jit import formula, kernel
+from safefilter.kinematics.holonomic import add_polygon_rows
+
+NUM_SECTIONS = len(Sections._fields)
+
+
+@formula
+def make_rows(
+    problem: Problem,
+    k: int,
+    rows: RowLabels,
+    chosen: IntArray,
+    keys: FloatArray,
+) -> Sections:
+    """Write all rows of decision k in the order of `Sections`; the rest is scratch."""
+    i, user, static = problem.index[k], problem.user, problem.static
+    limit, heading = problem.limits.speed_limit[i], 0.0
+    if problem.drive.has_polygon:
+        heading = problem.drive.heading[i]
+    num_sides = add_polygon_rows(
+        rows, 0, problem.limits.sides, problem.limits.v_max[i], math.cos(heading), math.sin(heading)
+    )
+    num_separated = add_separation_rows(
+        rows, num_sides, problem.scene, problem.separation, problem.limits.speed_limit, i
+    )
+    count = num_separated
+    if static.is_used:
+        count = add_wall_rows(
+            rows,
+            count,
+            problem.scene,
+            i,
+            static.safety_margin,
+            static.time_horizon,
+            limit,
+            static.source,
+        )
+    num_budgets = copy_rows(user, k, 0, user.count[k, 0], rows, count)
+    num_hard = copy_rows(user, k, user.count[k, 0], user.count[k, 1], rows, num_budgets)
+    count = add_orca_rows(
+        rows,
+        num_hard,
+        problem.scene,
+        problem.orca,
+        i,
+        problem.wanted[k, 0],
+        problem.wanted[k, 1],
+        chosen,
+        keys,
+    )
+    num_rows = copy_rows(user, k, user.count[k, 1], user.count[k, 2], rows, count)
+    return Sections(num_sides, num_separated, num_budgets, num_hard, num_rows)
+
+
+@formula
+def copy_rows(user: UserRows, k: int, first: int, last: int, rows: RowLabels, count: int) -> int:
+    """Copy the user's rows [first, last) of decision k; returns the new count."""
+    for m in range(first, last):
+        for part in range(3):
+            rows.array[part, count] = user.array[k, part, m]
+        for part in range(2):
+            rows.label[part, count] = user.label[k, part, m]
+        count += 1
+    return count
+
+
+@formula
+def hold(rows: FloatArray, first: int, last: int, x: float, y: float, tolerance: float) -> bool:
+    """Do rows [first, last) hold at (x, y), to the tolerance?"""
+    for k in range(first, last):
+        if not rows[0, k] * x + rows[1, k] * y >= rows[2, k] - tolerance:
+            return False
+    return True
+
+
+@formula
+def soft_violation(rows: FloatArray, sections: Sections, x: float, y: float) -> float:
+    """Largest violation of a soft row at (x, y), from 0 up."""
+    worst = 0.0
+    for k in range(sections.num_hard, sections.num_rows):
+        worst = max(worst, rows[2, k] - (rows[0, k] * x + rows[1, k] * y))
+    return worst
+
+
+@kernel
+def collect_rows(problem: Problem) -> tuple[FloatArray, IntArray, IntArray]:
+    """All rows of a batch: (array (B, 3, M), label (B, 2, M), sections (B, 5))."""
+    num_decisions = len(problem.index)
+    rows = row_buffers(num_decisions, problem.capacity)
+    sections = np.zeros((num_decisions, NUM_SECTIONS), dtype=np.int64)
+    chosen = np.empty(problem.num_neighbours, dtype=np.int64)
+    keys = np.empty(problem.num_neighbours)
+    for k in range(num_decisions):
+        own = make_rows(problem, k, RowLabels(rows.array[k], rows.label[k]), chosen, keys)
+        for part in range(NUM_SECTIONS):
+            sections[k, part] = own[part]
+    return rows.array, rows.label, sections

@@ -1,0 +1,61 @@
+"""A differential drive as kernels take it, and the velocities that its commands ask for.
+
+Letters: B decisions, N robots.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from safefilter.arrays import FloatArray, IntArray, frozen
+from safefilter.jit import kernel
+from safefilter.kinematics.arc import chord_velocity
+
+
+class Drive(NamedTuple):
+    """How velocities become commands (v, w).
+
+    Attributes:
+        is_used: False for holonomic robots: then the rest is empty.
+        heading: Of each robot, shape (N,), in rad.
+        command: (v, w) that the policy asks for, shape (B, 2).
+        omega_max: Largest turn rate, in rad/s.
+        dt: Duration of the step, in s.
+        turn_time: T, in s.
+        tracking_error: eps, in m.
+        has_polygon: Are solved velocities inside the polygon of S_AHV? If not, they are cut to it.
+    """
+
+    is_used: bool
+    heading: FloatArray
+    command: FloatArray
+    omega_max: float
+    dt: float
+    turn_time: float
+    tracking_error: float
+    has_polygon: bool
+
+
+NO_DRIVE = Drive(
+    is_used=False,
+    heading=frozen(np.empty(0)),
+    command=np.empty((0, 2)),
+    omega_max=0.0,
+    dt=1.0,
+    turn_time=1.0,
+    tracking_error=0.0,
+    has_polygon=False,
+)
+
+
+@kernel
+def wanted_velocities(drive: Drive, index: IntArray, command: FloatArray) -> FloatArray:
+    """Velocities that commands amount to, shape (B, 2): exact displacements of a step, divided by dt."""
+    wanted = np.empty((len(index), 2))
+    for k in range(len(index)):
+        wanted[k, 0], wanted[k, 1] = chord_velocity(
+            command[k, 0], command[k, 1], drive.heading[index[k]], drive.dt
+        )
+    return wanted

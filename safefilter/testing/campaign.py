@@ -1,0 +1,130 @@
+"""Long runs over random crowds: every policy, ``v_opt`` and dtype in turn, the other options by chance.
+
+m, m/s, s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from safefilter.constraints.constraint import Constraint
+from safefilter.constraints.priority_orca import Leg, PriorityORCA, SlackRule, VOpt
+from safefilter.constraints.separation import Separation
+from safefilter.kinematics.holonomic import Holonomic
+from safefilter.safety_filter import SafetyFilter
+from safefilter.scene import Scene
+from safefilter.testing.crowds import random_crowd
+from safefilter.testing.policies import GoalSeeking, Mixed, Policy, Ramming, UniformRandom
+from safefilter.testing.rollout import Trial, closed_loop
+from safefilter.testing.tally import NOTHING, Tally
+
+DT = 0.2
+TIME_HORIZON = 2.0
+# Numbers without a common divisor, and the dtype changes after a round of policies: 24 trials hold every combination.
+POLICIES = ("random", "ramming", "goal-seeking", "mixed")
+V_OPTS: tuple[VOpt, ...] = ("current", "shared", "own")
+COMBINATIONS = 24
+# A stated bound on the speed of robots that do not cooperate, in m/s, for trials that use one.
+PASSIVE_SPEED = 0.3
+# Large trials make good use of a batch; a small number of robot-steps needs small ones to see every combination.
+MOST_ROBOTS, LEAST_ROBOTS = 1000, 12
+MOST_STEPS, LEAST_STEPS = 25, 10
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One trial, and how its filter is put together.
+
+    Attributes:
+        trial: Robots, policy and duration.
+        v_opt: Option of `PriorityORCA`.
+        slack_rule: Option of `PriorityORCA`.
+        leg: Option of `PriorityORCA`.
+        right_bias: Option of `SafetyFilter`, in rad.
+    """
+
+    trial: Trial
+    v_opt: VOpt
+    slack_rule: SlackRule
+    leg: Leg
+    right_bias: float
+
+    def safety_filter(
+        self, backend: str = "planar", *, has_separation: bool = True
+    ) -> SafetyFilter:
+        """Make the filter; without separation Priority-ORCA is alone."""
+        constraints: list[Constraint] = [
+            PriorityORCA(TIME_HORIZON, self.v_opt, self.slack_rule, self.leg)
+        ]
+        if has_separation:
+            constraints.append(Separation(DT, passive_speed=self.trial.passive_speed))
+        return SafetyFilter(
+            constraints, Holonomic(self.trial.v_max), backend=backend, right_bias=self.right_bias
+        )
+
+
+def drive(
+    make_filter: Callable[[Setting], SafetyFilter | None],
+    robot_steps: int,
+    seed: int,
+    watch: Callable[[Tally], None] = lambda _: None,
+) -> Tally:
+    """Drive crowds until a number of robot-steps is made.
+
+    Args:
+        make_filter: What decides in a setting, or None for no filter.
+        robot_steps: Steps of robots that cooperate, at least.
+        seed: Seed of crowds, options and policies: the same ones, whatever the filter.
+        watch: Told the totals after each step.
+    """
+    tally = NOTHING
+    for setting in settings(seed, robot_steps):
+        for step in closed_loop(make_filter(setting), setting.trial):
+            tally += Tally.of(step)
+            watch(tally)
+        if tally.robot_steps >= robot_steps:
+            break
+    return tally
+
+
+def settings(seed: int, robot_steps: int) -> Iterator[Setting]:
+    """Draw settings without end, of a size such that ``robot_steps`` see every combination."""
+    rng = np.random.default_rng(seed)
+    is_large = robot_steps >= MOST_ROBOTS * MOST_STEPS * COMBINATIONS
+    num_robots, num_steps = (MOST_ROBOTS, MOST_STEPS) if is_large else (LEAST_ROBOTS, LEAST_STEPS)
+    number = 0
+    while True:
+        scene, v_max = random_crowd(rng, num_robots)
+        trial = Trial(
+            scene,
+            policy_of(POLICIES[number % len(POLICIES)], scene),
+            v_max,
+            dt=DT,
+            num_steps=num_steps,
+            seed=seed + number,
+            is_single=bool(number // len(POLICIES) % 2),
+            passive_speed=float(rng.choice([0.0, PASSIVE_SPEED])),
+        )
+        yield Setting(
+            trial,
+            V_OPTS[number % len(V_OPTS)],
+            slack_rule="dual" if rng.integers(2) else "paper",
+            leg="nearest" if rng.integers(2) else "norm",
+            right_bias=float(rng.choice([0.0, 0.05])),
+        )
+        number += 1
+
+
+def policy_of(name: str, scene: Scene) -> Policy:
+    """Make the policy of a name in `POLICIES`."""
+    across = GoalSeeking.across(scene, DT)
+    policies: dict[str, Policy] = {
+        "random": UniformRandom(),
+        "ramming": Ramming(),
+        "goal-seeking": across,
+        "mixed": Mixed((UniformRandom(), Ramming(), across)),
+    }
+    return policies[name]

@@ -1,0 +1,77 @@
+"""Decisions read well: lengths, interventions, names of faults."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from safefilter import batch
+from safefilter.arrays import FloatArray
+from safefilter.decision import Case, Decision, Fault
+
+
+def decision(correction: FloatArray, faults: list[Fault]) -> Decision:
+    size = len(correction)
+    return Decision(
+        action=np.zeros((size, 2)),
+        velocity=np.zeros((size, 2)),
+        case=np.full(size, Case.SAFE, dtype=np.int8),
+        certified=np.ones(size, dtype=np.bool_),
+        optimal=np.ones(size, dtype=np.bool_),
+        capped=np.zeros(size, dtype=np.bool_),
+        correction=correction,
+        violation=np.zeros(size),
+        active=np.full((size, 2, 2), -1),
+        multipliers=np.zeros((size, 2)),
+        proof=np.full((size, 3, 2), -1),
+        proof_multipliers=np.zeros((size, 3)),
+        fault=np.array(faults, dtype=np.int8),
+        index=np.arange(size),
+        backend="planar",
+        build_time=0.0,
+        solve_time=0.0,
+    )
+
+
+def test_cases_are_those_of_algorithm_2() -> None:
+    assert [(case.name, case.value) for case in Case] == [
+        ("SAFE", 1),
+        ("PROJECTED", 2),
+        ("LEAST_VIOLATION", 3),
+    ]
+
+
+def test_kernels_use_the_numbers_of_cases_and_faults() -> None:
+    assert tuple(Case) == (batch.SAFE, batch.PROJECTED, batch.LEAST_VIOLATION)
+    assert Fault.NONE == batch.NO_FAULT
+    assert Fault.ACTION_NOT_FINITE == batch.ACTION_NOT_FINITE
+    assert Fault.EMPTY_HARD_SET == batch.EMPTY_HARD_SET
+    assert Fault.STALLED == batch.STALLED_FAULT
+
+
+def test_faults_fit_into_the_smallest_integers() -> None:
+    assert [fault.value for fault in Fault] == list(range(len(Fault)))
+    assert max(Fault) <= np.iinfo(np.int8).max
+
+
+def test_a_decision_is_as_long_as_its_batch() -> None:
+    assert len(decision(np.zeros(0), [])) == 0
+    assert len(decision(np.zeros(3), [Fault.NONE] * 3)) == 3
+
+
+def test_only_corrections_are_interventions() -> None:
+    made = decision(np.array([0.0, 1e-300, 0.1]), [Fault.NONE] * 3)
+    assert made.intervened.tolist() == [False, True, True]
+
+
+def test_every_fault_has_its_name() -> None:
+    made = decision(np.zeros(len(Fault)), list(Fault))
+    assert made.fault_names == tuple(Fault.__members__)
+
+
+def test_decisions_cannot_be_altered() -> None:
+    made = decision(np.zeros(1), [Fault.NONE])
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        made.backend = "other"  # type: ignore[misc]  # that is the point
