@@ -172,7 +172,8 @@ class SafetyFilter:
         built = 0.0
         if self._solvers is not None:
             built = self._ask(self._solvers, scene, problem, options, results, outcome)
-        if Fault.EMPTY_HARD_SET in outcome.fault:
+        # As bytes: searching an array takes 4 us.
+        if Fault.EMPTY_HARD_SET in outcome.fault.tobytes():
             self._fall_back(problem, options, results, outcome)
         elapsed = perf_counter() - start
         return _decision(
@@ -390,7 +391,8 @@ def _robots(scene: Scene, index: Sequence[int] | IntArray | None) -> IntArray:
             f"index: expected integers of shape (B,), got {robots.dtype} of shape {robots.shape}"
         )
     robots = robots.astype(np.int64)
-    if len(robots) and not (robots.min() >= 0 and robots.max() < scene.num_robots):
+    # Read as unsigned numbers, negative ones are too large as well.
+    if not (robots.view(np.uint64) < scene.num_robots).all():
         raise OutOfRange(
             f"index: expected robots 0 to {scene.num_robots - 1}, got {robots.tolist()}"
         )

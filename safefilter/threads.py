@@ -28,8 +28,9 @@ def over_ranges(work: Callable[[int, int], object], num_items: int) -> None:
 
     What ``work`` raises is raised here, once no range is being worked on any more.
     """
-    num_threads = numba.get_num_threads()
-    if num_threads == 1 or num_items < MIN_ITEMS:
+    # Asking numba takes a microsecond: not for a batch too small.
+    num_threads = numba.get_num_threads() if num_items >= MIN_ITEMS else 1
+    if num_threads == 1:
         work(0, num_items)
         return
     pool = _pools.get(num_threads)

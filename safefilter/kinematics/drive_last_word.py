@@ -108,27 +108,47 @@ def turn_to_freedom(rows: FloatArray, sections: Sections, heading: float, contac
 
 
 @formula
-def wanted_command(
-    rows: FloatArray, sections: Sections, drive: Drive, k: int, heading: float, v_max: float, u_x: float, u_y: float
+def tracking_command(
+    drive: Drive, k: int, heading: float, v_max: float, u_x: float, u_y: float
 ) -> tuple[float, float]:
-    """Command that goes for a solved velocity, before the last word."""
+    """Command that tracks a solved velocity; for one that stands still, the policy's turn on the spot."""
     speed = math.sqrt(u_x * u_x + u_y * u_y)
-    limit = drive.omega_max
     if not speed > STILL_PART * v_max:
-        asked_speed, asked_turn = drive.command[k, 0], drive.command[k, 1]
-        if asked_speed > 0.0:
-            turn = turn_to_freedom(rows, sections, heading, CONTACT_PART * v_max)
-            if turn != 0.0:
-                return 0.0, min(limit, max(-limit, turn / drive.dt))
-        return 0.0, min(limit, max(-limit, asked_turn))
+        return 0.0, drive.command[k, 1]
     d_x, d_y = math.cos(heading), math.sin(heading)
     angle = math.atan2(d_x * u_y - d_y * u_x, d_x * u_x + d_y * u_y)
     if not drive.has_polygon:
-        speed = min(
-            speed,
-            largest_tracked_speed(angle, v_max, limit, drive.turn_time, drive.tracking_error),
+        limit = largest_tracked_speed(
+            angle, v_max, drive.omega_max, drive.turn_time, drive.tracking_error
         )
-    return command_towards(angle, min(speed, v_max), limit, drive.turn_time)
+        speed = min(speed, limit)
+    return command_towards(angle, min(speed, v_max), drive.omega_max, drive.turn_time)
+
+
+@formula
+def wanted_command(
+    rows: FloatArray,
+    sections: Sections,
+    drive: Drive,
+    k: int,
+    heading: float,
+    v_max: float,
+    u_x: float,
+    u_y: float,
+) -> tuple[float, float]:
+    """Command that goes for a solved velocity, before the last word.
+
+    A robot in contact that would be cut to a standstill turns to where it is free instead: tracking alone would only
+    creep towards that heading, and never get past it.
+    """
+    speed, turn_rate = tracking_command(drive, k, heading, v_max, u_x, u_y)
+    still = STILL_PART * v_max
+    wants_to_move = speed > still or (drive.command[k, 0] > still and speed == 0.0)
+    if wants_to_move and speed_cap(rows, sections, heading, turn_rate, drive.dt) <= CONTACT_PART * v_max:
+        turn = turn_to_freedom(rows, sections, heading, CONTACT_PART * v_max)
+        if turn != 0.0:
+            return 0.0, turn / drive.dt
+    return speed, turn_rate
 
 
 @formula

@@ -30,8 +30,9 @@ COMBINATIONS = 24
 # A stated bound on the speed of robots that do not cooperate, in m/s, for trials that use one.
 PASSIVE_SPEED = 0.3
 # Large trials make good use of a batch; a small number of robot-steps needs small ones to see every combination.
-MOST_ROBOTS, LEAST_ROBOTS = 1000, 12
+MOST_ROBOTS, LEAST_ROBOTS = 1000, 10
 MOST_STEPS, LEAST_STEPS = 25, 10
+LONG_RUN = 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +94,10 @@ def drive(
 def settings(seed: int, robot_steps: int) -> Iterator[Setting]:
     """Draw settings without end, of a size such that ``robot_steps`` see every combination."""
     rng = np.random.default_rng(seed)
-    is_large = robot_steps >= MOST_ROBOTS * MOST_STEPS * COMBINATIONS
-    num_robots, num_steps = (MOST_ROBOTS, MOST_STEPS) if is_large else (LEAST_ROBOTS, LEAST_STEPS)
+    num_steps = MOST_STEPS if robot_steps >= LONG_RUN else LEAST_STEPS
+    # Worlds come whole, so trials turn out larger than asked for: half the size leaves room for that.
+    wished = robot_steps // (2 * COMBINATIONS * num_steps)
+    num_robots = min(max(wished, LEAST_ROBOTS), MOST_ROBOTS)
     number = 0
     while True:
         scene, v_max = random_crowd(rng, num_robots)

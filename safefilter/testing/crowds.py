@@ -99,11 +99,9 @@ def put_down(rng: np.random.Generator, size: IntArray, radius: FloatArray) -> Fl
     return place[present]
 
 
-def _log_uniform(
-    rng: np.random.Generator, limits: tuple[float, float], size: int
-) -> FloatArray:
+def _log_uniform(rng: np.random.Generator, limits: tuple[float, float], size: int) -> FloatArray:
     low, high = limits
-    return low * (high / low) ** rng.uniform(size=size)
+    return np.asarray(low * (high / low) ** rng.uniform(size=size))
 
 
 def _beside(
@@ -111,7 +109,8 @@ def _beside(
 ) -> FloatArray:
     """Propose a place for one robot a world, shape (W, 2); the last attempt is far away from everyone."""
     num_worlds, placed = place.shape[:2]
-    worlds, anchor = np.arange(num_worlds), rng.integers(0, placed, num_worlds)
+    worlds = np.arange(num_worlds)
+    anchor = np.asarray(rng.integers(0, placed, num_worlds))
     # Beyond a micrometre every robot has a gap of its own.
     free = np.where(gap > 1e-3, gap * rng.uniform(size=num_worlds), gap)
     reach = radii[worlds, anchor] + radii[:, placed] + free
@@ -128,4 +127,4 @@ def _is_free(tried: FloatArray, place: FloatArray, radii: FloatArray) -> BoolArr
     """Is a place free? Touching is, up to rounding."""
     offset = place - tried[:, None]
     gap = np.hypot(offset[:, :, 0], offset[:, :, 1]) - radii[:, :-1] - radii[:, -1:]
-    return np.min(gap, axis=1) >= -1e-14
+    return np.asarray(gap.min(axis=1) >= -1e-14)

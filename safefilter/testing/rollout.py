@@ -21,7 +21,7 @@ from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import WANTED_X, WANTED_Y, Scene
 from safefilter.testing.closest_approach import Approach, Pairs, closest_approach, pairs_within
 from safefilter.testing.policies import Policy
-from safefilter.testing.reproduction import array_code, scene_code
+from safefilter.testing.reproduction import scene_code
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +63,7 @@ class Trial:
     def __repr__(self) -> str:
         """Write the code that makes it."""
         return (
-            f"Trial({scene_code(self.scene)}, {self.policy!r}, {self._v_max_code()}, dt={self.dt!r}, "
+            f"Trial({scene_code(self.scene)}, {self.policy!r}, np.array({self.v_max.tolist()!r}), dt={self.dt!r}, "
             f"num_steps={self.num_steps}, seed={self.seed}, is_single={self.is_single}, "
             f"passive_speed={self.passive_speed!r})"
         )

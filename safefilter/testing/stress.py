@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
+from functools import partial
 from time import perf_counter
 
 from safefilter.backends.registry import available_backends
@@ -40,7 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
     tallies = [
         _row(
             f"filter on, {backend}",
-            lambda setting, backend=backend: setting.safety_filter(backend),
+            partial(Setting.safety_filter, backend=backend),
             int(options.steps),
             options.seed,
         )
@@ -48,7 +49,7 @@ def main(arguments: list[str] | None = None) -> int:
     ]
     _row(
         "separation off, ORCA on, planar",
-        lambda setting: setting.safety_filter(has_separation=False),
+        partial(Setting.safety_filter, has_separation=False),
         int(options.steps),
         options.seed,
     )

@@ -5,9 +5,10 @@ Letters: B decisions, N robots that the space has a row for. m/s.
 
 from __future__ import annotations
 
+from typing import Any
+
 import gymnasium
 import numpy as np
-import numpy.typing as npt
 
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
@@ -28,7 +29,7 @@ class ActionBox:
 
     name = "action_box"
 
-    def __init__(self, space: gymnasium.Space[npt.NDArray[np.floating]], robots: IntArray) -> None:
+    def __init__(self, space: gymnasium.Space[Any], robots: IntArray) -> None:
         """Check the space.
 
         Args:

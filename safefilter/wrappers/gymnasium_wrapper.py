@@ -66,6 +66,9 @@ class SafeAction(
         (True, True)
     """
 
+    # For whoever looks for wrappers that do: a filter inside a filter is refused.
+    changes_actions = "filters actions"
+
     def __init__(
         self,
         env: gymnasium.Env[ObsT, Action],

@@ -26,7 +26,8 @@ def require_innermost(env: gymnasium.Env[Any, Any]) -> None:
     """Check that the wrappers of ``env`` hand every action through, once and as it is.
 
     Wrappers of observations, rewards, time limits, videos and the like do. A wrapper of one's own that overrides
-    ``step``, keeps the action space and still changes actions cannot be told from those.
+    ``step``, keeps the action space and still changes actions cannot be told from those, unless it says so: by an
+    attribute ``changes_actions``, a text such as "adds noise".
 
     Args:
         env: What a filter is about to be put around.
@@ -50,6 +51,9 @@ def _change(layer: gymnasium.Wrapper[Any, Any, Any, Any]) -> str:
     """What a wrapper does to actions, or nothing."""
     if isinstance(layer, gymnasium.ActionWrapper):
         return "transforms actions"
+    said = getattr(layer, "changes_actions", "")
+    if said:
+        return str(said)
     for name, change in CHANGES.items():
         known = getattr(gymnasium.wrappers, name, None)
         if known is not None and isinstance(layer, known):

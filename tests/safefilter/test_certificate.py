@@ -249,6 +249,18 @@ def test_a_residual_that_fakes_a_contradiction_is_refused_within_the_radius(
 
 
 @exactness
+def test_rounding_cannot_fake_a_contradiction(exact: bool) -> None:
+    # x = 0.1 keeps all rows. In floats (0.1 + 0.1 - 0.2) / 3 comes out below zero, term by term.
+    G = np.array([[1.0], [1.0], [-2.0]])
+    program = ConvexProgram(np.eye(1), np.zeros(1), G, np.array([0.1, 0.1, -0.2]))
+    fake = proof(program, np.ones(3))
+    weights = np.ones(3) / 3.0
+    assert weights @ program.h < 0.0
+    assert not (weights @ program.G).any()
+    assert not certify(program, fake, radius=1.0, exact=exact)
+
+
+@exactness
 def test_a_contradiction_needs_no_radius_if_there_is_no_residual(exact: bool) -> None:
     G = np.array([[1.0, 0.0], [-1.0, 0.0]])
     program = ConvexProgram(np.eye(2), np.zeros(2), G, np.array([-1.0, 0.5]))

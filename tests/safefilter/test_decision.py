@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 
-from safefilter import batch
+from safefilter import Holonomic, LinearConstraint, SafetyFilter, Scene
 from safefilter.arrays import FloatArray
 from safefilter.decision import Case, Decision, Fault
 
@@ -43,12 +44,33 @@ def test_cases_are_those_of_algorithm_2() -> None:
     ]
 
 
-def test_kernels_use_the_numbers_of_cases_and_faults() -> None:
-    assert tuple(Case) == (batch.SAFE, batch.PROJECTED, batch.LEAST_VIOLATION)
-    assert Fault.NONE == batch.NO_FAULT
-    assert Fault.ACTION_NOT_FINITE == batch.ACTION_NOT_FINITE
-    assert Fault.EMPTY_HARD_SET == batch.EMPTY_HARD_SET
-    assert Fault.STALLED == batch.STALLED_FAULT
+EAST = [1.0, 0.0]
+CONTRADICTION = LinearConstraint([EAST, [-1.0, 0.0]], [0.1, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("constraint", "action", "case", "fault"),
+    [
+        (LinearConstraint([EAST], [-1.0]), EAST, Case.SAFE, Fault.NONE),
+        (LinearConstraint([EAST], [-1.0]), [3.0, 0.0], Case.PROJECTED, Fault.NONE),
+        (
+            LinearConstraint([EAST, [-1.0, 0.0]], [0.1, 0.1], hard=False),
+            EAST,
+            Case.LEAST_VIOLATION,
+            Fault.NONE,
+        ),
+        (LinearConstraint([EAST], [-1.0]), [math.nan, 0.0], Case.SAFE, Fault.ACTION_NOT_FINITE),
+        (CONTRADICTION, EAST, Case.PROJECTED, Fault.EMPTY_HARD_SET),
+    ],
+)
+def test_kernels_use_the_numbers_of_cases_and_faults(
+    constraint: LinearConstraint, action: list[float], case: Case, fault: Fault
+) -> None:
+    safety = SafetyFilter([constraint], Holonomic(1.0), fallback=[0.0, 0.0])
+    made = safety.decide(Scene.from_world([[0.0, 0.0]], [[0.0, 0.0]], 0.1), [action])
+    assert made.case.tolist() == [case]
+    assert made.fault.tolist() == [fault]
+    assert made.fault_names == (fault.name,)
 
 
 def test_faults_fit_into_the_smallest_integers() -> None:

@@ -80,7 +80,7 @@ def test_a_missing_package_is_caught_as_an_import_error() -> None:
         raise errors.BackendNotInstalled("osqp is missing: pip install osqp")
 
 
-@pytest.mark.parametrize("kind", sorted(DEFINED - {errors.BackendFailed}, key=lambda k: k.__name__))
+@pytest.mark.parametrize("kind", sorted(DEFINED - {errors.BackendFailed}, key=str))
 def test_errors_cross_processes(kind: type[Exception]) -> None:
     again = pickle.loads(pickle.dumps(kind("what was given")))
     assert type(again) is kind

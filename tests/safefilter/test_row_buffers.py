@@ -47,14 +47,3 @@ def test_columns_become_rows(counts: list[tuple[int, int]], seed: int) -> None:
             assert rows.labels[b, m].tolist() == buffers.label[b, :, m].tolist()
             assert rows.present[b, m] == (m < present[b])
             assert rows.hard[b, m] == (m < hard[b])
-
-
-def test_rows_are_copies() -> None:
-    buffers = row_buffers(1, 1)
-    buffers.array[0, :, 0] = (1.0, 0.0, -0.5)
-    one = np.ones(1, dtype=np.int64)
-    rows = half_spaces_from_rows(*buffers, one, one, ("a",))
-    buffers.array[:], buffers.label[:] = 9.0, 9
-    assert rows.normals[0, 0].tolist() == [1.0, 0.0]
-    assert rows.offsets[0, 0] == -0.5
-    assert rows.labels[0, 0].tolist() == [0, 0]
