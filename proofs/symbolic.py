@@ -4,8 +4,11 @@ A `Number` stands for a z3 term of the reals. Arithmetic on it builds terms; a c
 soon as the code asks whether it is true (``if``, ``and``, ``max``), the run takes one side and the other side is run
 later. So `paths` sees all that the function can do, without a second copy of it:
 
-* a division is an obligation: the divisor is not zero;
-* a square root is a new variable s, an obligation x >= 0, and the definition s >= 0, s * s = x if x >= 0.
+* a division multiplies with a new variable z, under the obligation y != 0 and the definition z * y = 1 if y != 0;
+* a square root is a new variable s, under the obligation x >= 0 and the definition s >= 0, s * s = x if x >= 0.
+
+All terms are polynomials, then, and each question asks for the sign of one. Equal polynomials are written alike, so what
+two robots compute of one pair is asked once.
 
 Numbers are exact: nothing here speaks of rounding.
 """
@@ -32,6 +35,15 @@ Exact = int | float | Fraction
 # Far more ways than any formula here has: beyond it, the code loops on unknown numbers.
 MAX_PATHS = 2000
 
+# Longer arguments are numbered, so that counter-examples can be read.
+LONGEST_NAME = 30
+_numbers: dict[str, int] = {}
+
+NEGATIVE, NOT_POSITIVE = frozenset({-1}), frozenset({-1, 0})
+POSITIVE, NOT_NEGATIVE = frozenset({1}), frozenset({0, 1})
+ZERO, NOT_ZERO = frozenset({0}), frozenset({-1, 1})
+ANY_SIGN = frozenset({-1, 0, 1})
+
 
 def term_of(value: object) -> z3.ArithRef:
     """Z3 term of a number; a float stands for the exact value of its bits.
@@ -46,9 +58,9 @@ def term_of(value: object) -> z3.ArithRef:
     raise TypeError(f"expected a number, got {type(value).__name__}")
 
 
-def canonical(term: z3.ExprRef) -> z3.ExprRef:
-    """Write equal polynomials alike, so that the same question is asked once."""
-    return z3.simplify(term, som=True, arith_lhs=True, sort_sums=True)
+def canonical(term: z3.ArithRef) -> z3.ArithRef:
+    """Write equal polynomials alike."""
+    return z3.simplify(term, som=True, sort_sums=True)
 
 
 class Number:
@@ -79,9 +91,7 @@ class Number:
         return Number(term_of(other) * self.term)
 
     def __truediv__(self, other: Number | Exact) -> Number:
-        divisor = term_of(other)
-        _run().obligations.append(divisor != 0)
-        return Number(self.term / divisor)
+        return Number(self.term * _run().inverse(term_of(other)))
 
     def __rtruediv__(self, other: Exact) -> Number:
         return Number(term_of(other)) / self
@@ -93,34 +103,35 @@ class Number:
         return self if self >= 0 else -self
 
     def __lt__(self, other: Number | Exact) -> Condition:
-        return Condition(self.term < term_of(other))
+        return Condition(self.term - term_of(other), NEGATIVE)
 
     def __le__(self, other: Number | Exact) -> Condition:
-        return Condition(self.term <= term_of(other))
+        return Condition(self.term - term_of(other), NOT_POSITIVE)
 
     def __gt__(self, other: Number | Exact) -> Condition:
-        return Condition(self.term > term_of(other))
+        return Condition(self.term - term_of(other), POSITIVE)
 
     def __ge__(self, other: Number | Exact) -> Condition:
-        return Condition(self.term >= term_of(other))
+        return Condition(self.term - term_of(other), NOT_NEGATIVE)
 
     def __eq__(self, other: object) -> Condition:  # type: ignore[override]  # the answer is not known yet
-        return Condition(self.term == term_of(other))
+        return Condition(self.term - term_of(other), ZERO)
 
     def __ne__(self, other: object) -> Condition:  # type: ignore[override]
-        return Condition(self.term != term_of(other))
+        return Condition(self.term - term_of(other), NOT_ZERO)
 
 
 class Condition:
-    """A comparison of numbers; asked for its truth, it takes the side that this run is on."""
+    """A question for the sign of a number; asked for its truth, it takes the side that this run is on."""
 
-    __slots__ = ("term",)
+    __slots__ = ("signs", "term")
 
-    def __init__(self, term: z3.BoolRef) -> None:
+    def __init__(self, term: z3.ArithRef, signs: frozenset[int]) -> None:
         self.term = term
+        self.signs = signs
 
     def __bool__(self) -> bool:
-        return _run().decide(self.term)
+        return _run().decide(self.term, self.signs)
 
 
 @dataclass(slots=True)
@@ -132,28 +143,62 @@ class _Run:
     conditions: list[z3.BoolRef] = field(default_factory=list)
     definitions: dict[str, z3.BoolRef] = field(default_factory=dict)
     obligations: list[z3.BoolRef] = field(default_factory=list)
-    answers: dict[str, bool] = field(default_factory=dict)
+    signs: dict[str, frozenset[int]] = field(default_factory=dict)
 
-    def decide(self, condition: z3.BoolRef) -> bool:
-        question = canonical(condition)
-        if z3.is_true(question) or z3.is_false(question):
-            return bool(z3.is_true(question))
-        key = question.sexpr()
-        if key not in self.answers:
-            place = len(self.taken)
-            answer = self.prefix[place] if place < len(self.prefix) else True
-            self.taken.append(answer)
-            self.conditions.append(condition if answer else z3.Not(condition))
-            self.answers[key] = answer
-            self.answers[canonical(z3.Not(question)).sexpr()] = not answer
-        return self.answers[key]
+    def decide(self, term: z3.ArithRef, signs: frozenset[int]) -> bool:
+        """Is the sign of ``term`` among ``signs``? Ask what is known, then the prefix, then say yes."""
+        polynomial = canonical(term)
+        if z3.is_rational_value(polynomial):
+            value = polynomial.as_fraction()
+            return (value > 0) - (value < 0) in signs
+        mirrored = canonical(-term)
+        if mirrored.sexpr() < polynomial.sexpr():
+            term, polynomial, signs = -term, mirrored, frozenset(-sign for sign in signs)
+        key = polynomial.sexpr()
+        known = self.signs.get(key, ANY_SIGN)
+        if known <= signs or not known & signs:
+            return known <= signs
+        place = len(self.taken)
+        answer = self.prefix[place] if place < len(self.prefix) else True
+        self.taken.append(answer)
+        self.signs[key] = known & signs if answer else known - signs
+        self.conditions.append(_has_sign(z3.simplify(term), signs if answer else ANY_SIGN - signs))
+        return answer
 
     def root(self, square: z3.ArithRef) -> z3.ArithRef:
+        square = z3.simplify(square)
+        root = z3.Real(_name("sqrt", square))
         self.obligations.append(square >= 0)
-        name = f"sqrt({canonical(square).sexpr()})"
-        root = z3.Real(name)
-        self.definitions[name] = z3.Implies(square >= 0, z3.And(root >= 0, root * root == square))
+        self.definitions[str(root)] = z3.Implies(
+            square >= 0, z3.And(root >= 0, root * root == square)
+        )
         return root
+
+    def inverse(self, divisor: z3.ArithRef) -> z3.ArithRef:
+        divisor = z3.simplify(divisor)
+        inverse = z3.Real(_name("1/", divisor))
+        self.obligations.append(divisor != 0)
+        self.definitions[str(inverse)] = z3.Implies(divisor != 0, inverse * divisor == 1)
+        return inverse
+
+
+def _name(function: str, argument: z3.ArithRef) -> str:
+    """Name of a function's value: equal polynomials have one, others never."""
+    text = canonical(argument).sexpr()
+    if len(text) <= LONGEST_NAME:
+        return f"{function}({text})"
+    return f"{function}(#{_numbers.setdefault(text, len(_numbers))})"
+
+
+def _has_sign(polynomial: z3.ArithRef, signs: frozenset[int]) -> z3.BoolRef:
+    return {
+        NEGATIVE: polynomial < 0,
+        NOT_POSITIVE: polynomial <= 0,
+        POSITIVE: polynomial > 0,
+        NOT_NEGATIVE: polynomial >= 0,
+        ZERO: polynomial == 0,
+        NOT_ZERO: polynomial != 0,
+    }[signs]
 
 
 _current: ContextVar[_Run] = ContextVar("_current")

@@ -8,7 +8,7 @@ Letters: M rows, d dimensions. m/s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -88,11 +88,12 @@ class BackendAnswer:
     """What a backend contributes to one decision.
 
     Attributes:
-        fault: `Fault.NONE` if everything below is verified; the rest is to be ignored otherwise.
+        fault: `Fault.NONE` if everything below is verified; the rest is to be ignored otherwise, except that `proof`
+            is verified for `Fault.EMPTY_HARD_SET` too: then all of it is on hard rows.
         case: `Case.PROJECTED` or `Case.LEAST_VIOLATION`.
         velocity: Shape (d,).
         multipliers: Of the projection, one a present row.
-        proof: Case-3: weights of the contradiction, one a present row; zeros otherwise.
+        proof: In Case-3 and for an empty hard set: weights of the contradiction, one a present row; zeros otherwise.
         build_time: Seconds.
         solve_time: Seconds, polish and verification included.
     """
@@ -139,7 +140,13 @@ class _Attempt:
 
 
 def ask_backend(
-    solvers: Solvers, rows: HalfSpaces, decision: int, wanted: FloatArray, radius: float
+    solvers: Solvers,
+    rows: HalfSpaces,
+    decision: int,
+    wanted: FloatArray,
+    radius: float,
+    *,
+    may_be_empty: bool = False,
 ) -> BackendAnswer:
     """Find the velocity of one decision with a generic backend, and verify it.
 
@@ -149,10 +156,15 @@ def ask_backend(
         decision: Which decision of the batch.
         wanted: Wanted velocity, shape (d,).
         radius: Bound on the length of velocities within the hard rows.
+        may_be_empty: Can the hard rows contradict each other? Then an answer that could not be used is followed by
+            the question whether they do, and `Fault.EMPTY_HARD_SET` is answered only with a proof.
     """
     attempt = _Attempt(solvers, radius)
     try:
-        return _find(attempt, solvers, rows, decision, wanted)
+        answer = _find(attempt, solvers, rows, decision, wanted)
+        if may_be_empty and answer.fault in {Fault.BACKEND_WRONG_STATUS, Fault.BACKEND_REJECTED}:
+            return _proved_empty(attempt, solvers, rows, decision) or answer
+        return answer
     except Exception:  # noqa: BLE001 - the one place where foreign code runs: whatever it raises, robots keep moving safely
         fault = Fault.DEADLINE if solvers.is_late else Fault.BACKEND_RAISED
         return _faulty(attempt, rows, decision, fault)
@@ -185,6 +197,26 @@ def _find(
     return _answer(
         attempt, Case.LEAST_VIOLATION, second.solution, bound.solution.multipliers[:-1].copy()
     )
+
+
+def _proved_empty(
+    attempt: _Attempt, solvers: Solvers, rows: HalfSpaces, decision: int
+) -> BackendAnswer | None:
+    """Answer that the hard rows contradict each other; None if that is not proved.
+
+    Not every solver proves that a program is infeasible. So hard rows are treated as soft ones, where all solvers can
+    show how much the best point violates them.
+    """
+    hard = replace(
+        rows, present=rows.present & rows.hard, hard=np.zeros(rows.hard.shape, dtype=np.bool_)
+    )
+    bound = attempt.ask(solvers.linear, least_violation(hard, decision))
+    is_proved = bound.certificate and bound.status.has_point
+    if not is_proved or float(bound.solution.x[-1]) <= solvers.tolerance:
+        return None
+    proof = np.zeros(int(rows.present[decision].sum()))
+    proof[rows.hard[decision][rows.present[decision]]] = bound.solution.multipliers[:-1]
+    return replace(_faulty(attempt, rows, decision, Fault.EMPTY_HARD_SET), proof=proof)
 
 
 def _answer(

@@ -48,6 +48,7 @@ class Decision:
 
     Attributes:
         action: What executes, shape (B, d), in the dtype of the policy's action.
+        wanted: Velocities that the actions ask for, shape (B, d), in m/s: for commands (v, w) the chord of the arc.
         velocity: The program's solution before the last word, shape (B, d), in m/s.
         case: Shape (B,), values of `Case`.
         certified: Shape (B,): the hard rows and budgets hold on ``action``, checked after the cast.
@@ -68,6 +69,7 @@ class Decision:
     """
 
     action: npt.NDArray[np.floating]
+    wanted: FloatArray
     velocity: FloatArray
     case: npt.NDArray[np.int8]
     certified: BoolArray

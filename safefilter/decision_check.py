@@ -43,8 +43,10 @@ def check_decision(
     Returns:
         The certificate of the projection, or in Case-3 of t* if that one fails.
     """
-    labels = rows.labels[k][rows.present[k]]
     case = Case(int(decision.case[k]))
+    if case is Case.SAFE:
+        return _check_safe(rows, wanted, decision, k, radius, exact=exact)
+    labels = rows.labels[k][rows.present[k]]
     relaxation = 0.0
     if case is Case.LEAST_VIOLATION:
         relaxation = float(decision.violation[k])
@@ -58,10 +60,10 @@ def check_decision(
         if not bound:
             return bound
         if not float(weights.sum()) > 0.0:
-            return refused("Case-3 comes with no proof that the permitted set is empty", exact=exact)
+            return refused(
+                "Case-3 comes with no proof that the permitted set is empty", exact=exact
+            )
     multipliers = _on_rows(labels, decision.active[k], decision.multipliers[k])
-    if case is Case.SAFE and multipliers.any():
-        return refused("Case-1 holds the wanted velocity, but comes with multipliers", exact=exact)
     return certify(
         nearest_velocity(rows, k, wanted[k], relaxation),
         _answer(decision.velocity[k].copy(), multipliers),
@@ -70,11 +72,34 @@ def check_decision(
     )
 
 
+def _check_safe(
+    rows: HalfSpaces, wanted: FloatArray, decision: Decision, k: int, radius: float, *, exact: bool
+) -> Certificate:
+    """Check that the wanted velocity keeps all rows but those of the kinematics, source 0.
+
+    A polygon inscribed in what the robot can do binds solvers only: an action of the robot's own executes exactly,
+    and its speed is part of the last word.
+    """
+    if decision.multipliers[k].any():
+        return refused("Case-1 holds the wanted velocity, but comes with multipliers", exact=exact)
+    own = slice(k, k + 1)
+    present = rows.present[own] & (rows.labels[own, :, 0] != 0)
+    without = HalfSpaces(
+        rows.normals[own],
+        rows.offsets[own],
+        rows.hard[own],
+        present,
+        rows.labels[own],
+        rows.sources,
+    )
+    program = nearest_velocity(without, 0, wanted[k])
+    answer = _answer(decision.velocity[k].copy(), np.zeros(program.num_rows))
+    return certify(program, answer, radius=radius, exact=exact)
+
+
 def refused(reason: str, *, exact: bool) -> Certificate:
     """A certificate that is not valid."""
-    return Certificate(
-        False, Claim.OPTIMAL, exact, math.nan, math.nan, math.nan, math.nan, reason
-    )
+    return Certificate(False, Claim.OPTIMAL, exact, math.nan, math.nan, math.nan, math.nan, reason)
 
 
 def _answer(x: FloatArray, multipliers: FloatArray) -> Solution:

@@ -21,6 +21,10 @@ import numba
 from numba.core.caching import FunctionCache
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., object])
+# numba's own stubs leave out some of what is used here, and older versions have none.
+_njit: Any = numba.njit
+_config: Any = numba.config
+_Cache: Any = FunctionCache
 
 
 @functools.cache
@@ -32,7 +36,7 @@ def source_digest() -> str:
     return digest.hexdigest()
 
 
-class _WholePackageCache(FunctionCache):  # type: ignore[misc]  # numba ships no types
+class _WholePackageCache(_Cache):  # type: ignore[misc]  # of any type, see above
     def _index_key(self, sig: object, codegen: object) -> tuple[object, ...]:
         return (*super()._index_key(sig, codegen), source_digest())
 
@@ -44,8 +48,8 @@ def formula(function: FunctionT) -> FunctionT:
     which take several times as long as the arithmetic. One that returns an array is refused as it is compiled; see
     `array_formula`.
     """
-    dispatcher: Any = numba.njit(error_model="numpy", forceinline=True, _nrt=False)(function)
-    if not numba.config.DISABLE_JIT:
+    dispatcher: Any = _njit(error_model="numpy", forceinline=True, _nrt=False)(function)
+    if not _config.DISABLE_JIT:
         compile_uncounted = dispatcher.compile
 
         def compile_checked(signature: object) -> object:
@@ -60,7 +64,7 @@ def formula(function: FunctionT) -> FunctionT:
 
 def array_formula(function: FunctionT) -> FunctionT:
     """Like `formula`, for functions that make or return arrays or records of them: references are counted."""
-    return cast("FunctionT", numba.njit(error_model="numpy")(function))
+    return cast("FunctionT", _njit(error_model="numpy")(function))
 
 
 def kernel(function: FunctionT) -> FunctionT:
@@ -68,8 +72,8 @@ def kernel(function: FunctionT) -> FunctionT:
 
     Where no folder can be written (a read-only installation without a home), each process compiles for itself.
     """
-    dispatcher = numba.njit(error_model="numpy", nogil=True)(function)
-    if not numba.config.DISABLE_JIT:
+    dispatcher = _njit(error_model="numpy", nogil=True)(function)
+    if not _config.DISABLE_JIT:
         # numba raises RuntimeError where it finds no folder to write to.
         with contextlib.suppress(RuntimeError):
             dispatcher._cache = _WholePackageCache(function)
@@ -85,7 +89,8 @@ def _refuse_arrays(name: str, return_type: Any) -> None:
     if isinstance(return_type, numba.types.Array):
         raise TypeError(f"{name} returns an array: make it an array_formula")
     if isinstance(return_type, numba.types.BaseTuple):
-        for part in return_type:
+        parts: Any = return_type
+        for part in parts:
             _refuse_arrays(name, part)
 
 

@@ -18,7 +18,16 @@ import numpy.typing as npt
 from safefilter.arrays import FloatArray, IntArray, finite_array, frozen, positive_number
 from safefilter.backend_answer import BackendAnswer, Solvers, ask_backend, make_solvers
 from safefilter.batch.decide import decide_range, finish_batch
-from safefilter.batch.records import Limits, Options, Outcome, Problem, Results, outcome_of
+from safefilter.batch.records import (
+    Limits,
+    Options,
+    Outcome,
+    Problem,
+    Results,
+    outcome_of,
+    plain,
+)
+from safefilter.batch.robots import robots_of
 from safefilter.batch.rows import collect_rows
 from safefilter.certificate import Certificate
 from safefilter.constraints.constraint import Constraint
@@ -30,7 +39,7 @@ from safefilter.constraints.static_obstacles import NO_STATIC, StaticObstacles
 from safefilter.constraints.user_rows import user_rows
 from safefilter.decision import Case, Decision, Fault
 from safefilter.decision_check import check_decision, refused
-from safefilter.errors import EmptyHardSet, InvalidInput, NotCooperative, OutOfRange, ShapeError
+from safefilter.errors import EmptyHardSet, InvalidInput, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import source_of
 from safefilter.kinematics.drive import wanted_velocities
@@ -87,7 +96,6 @@ class SafetyFilter:
             BackendNotInstalled: If its package is missing.
             InvalidInput: If a number cannot be used.
         """
-        self._constraints = tuple(constraints)
         self._kinematics = kinematics
         self._tolerance = positive_number(tolerance, "tolerance")
         self._fallback = None if fallback is None else finite_array(fallback, "fallback", (2,))
@@ -108,11 +116,15 @@ class SafetyFilter:
         self._solvers = (
             None if backend == BUILT_IN else make_solvers(backend, self._tolerance, deadline)
         )
+        self._set_constraints(tuple(constraints))
+
+    def _set_constraints(self, constraints: tuple[Constraint, ...]) -> None:
+        self._constraints = constraints
         self._orca, self._separation, self._static = NO_ORCA, NO_SEPARATION, NO_STATIC
         self._own: dict[int, Constraint] = {}
         for number, constraint in enumerate(self._constraints, start=1):
             if isinstance(constraint, PriorityORCA) and not self._orca.is_used:
-                self._orca = constraint.settings(number, kinematics.tracking_error)
+                self._orca = constraint.settings(number, self._kinematics.tracking_error)
             elif isinstance(constraint, Separation) and not self._separation.is_used:
                 self._separation = constraint.settings(number, len(self._constraints) + 1)
             elif isinstance(constraint, StaticObstacles) and not self._static.is_used:
@@ -121,12 +133,19 @@ class SafetyFilter:
                 self._own[number] = constraint
 
     def with_constraints(self, *extra: Constraint) -> SafetyFilter:
-        """Make a filter that obeys ``extra`` as well, and is otherwise set up alike."""
-        return self._made_alike((*self._constraints, *extra), self._kinematics)
+        """Make a filter that obeys ``extra`` as well, and shares the rest with this one, solvers included."""
+        other = object.__new__(SafetyFilter)
+        vars(other).update(vars(self))
+        other._set_constraints((*self._constraints, *extra))
+        return other
 
     def __reduce__(self) -> tuple[partial[SafetyFilter], tuple[object, ...]]:
-        """Copies and pickles get solvers, and worker processes, of their own."""
+        """Pickle the settings: another process needs solvers of its own."""
         return self._made_alike, (self._constraints, self._kinematics)
+
+    def __deepcopy__(self, memo: dict[int, object]) -> SafetyFilter:
+        """Share the filter, which never changes: Gymnasium copies all arguments of wrappers, more than once."""
+        return self
 
     @property
     def kinematics(self) -> Holonomic:
@@ -167,7 +186,8 @@ class SafetyFilter:
         problem = self._problem(scene, given, index)
         options = self._options(is_single=given.dtype == np.float32)
         results = Results.empty(len(problem.index))
-        over_ranges(partial(decide_range, problem, options, results), len(problem.index))
+        work = partial(decide_range, plain(problem), plain(options), plain(results))
+        over_ranges(work, len(problem.index))
         outcome = _name_columns(results)
         built = 0.0
         if self._solvers is not None:
@@ -177,7 +197,7 @@ class SafetyFilter:
             self._fall_back(problem, options, results, outcome)
         elapsed = perf_counter() - start
         return _decision(
-            outcome, given.dtype, problem.index, self._backend, built, elapsed - built
+            outcome, given.dtype, problem, self._backend, built, elapsed - built
         )
 
     def half_spaces(
@@ -285,7 +305,7 @@ class SafetyFilter:
         action: npt.NDArray[np.generic],
         index: Sequence[int] | IntArray | None,
     ) -> Problem:
-        robots = _robots(scene, index)
+        robots = robots_of(scene, index)
         if action.shape != (len(robots), 2) or action.dtype.kind not in "fiu":
             raise ShapeError(
                 f"action: expected numbers of shape ({len(robots)}, 2), one row a robot decided for, "
@@ -379,32 +399,6 @@ class SafetyFilter:
         finish_batch(problem, options, results, array, sections)
 
 
-def _robots(scene: Scene, index: Sequence[int] | IntArray | None) -> IntArray:
-    """Indices of the robots to decide for."""
-    if index is None:
-        return np.flatnonzero(scene.cooperative)
-    robots = np.asarray(index)
-    if robots.size == 0:
-        robots = robots.astype(np.int64)
-    if robots.ndim != 1 or robots.dtype.kind not in "iu":
-        raise ShapeError(
-            f"index: expected integers of shape (B,), got {robots.dtype} of shape {robots.shape}"
-        )
-    robots = robots.astype(np.int64)
-    # Read as unsigned numbers, negative ones are too large as well.
-    if not (robots.view(np.uint64) < scene.num_robots).all():
-        raise OutOfRange(
-            f"index: expected robots 0 to {scene.num_robots - 1}, got {robots.tolist()}"
-        )
-    if not scene.cooperative[robots].all():
-        wrong = robots[~scene.cooperative[robots]].tolist()
-        raise NotCooperative(
-            f"index: robots {wrong} are flagged cooperative=False, so others take them for unfiltered and leave them "
-            "no share: leave them out, or flag them cooperative"
-        )
-    return robots
-
-
 def _take(outcome: Outcome, k: int, rows: HalfSpaces, answer: BackendAnswer) -> None:
     """Write a verified answer over the built-in one, or the fault beside it."""
     outcome.fault[k] = answer.fault
@@ -435,14 +429,15 @@ def _write(
 def _decision(
     outcome: Outcome,
     dtype: np.dtype[np.generic],
-    index: IntArray,
+    problem: Problem,
     backend: str,
     build_time: float,
     solve_time: float,
 ) -> Decision:
-    batch = len(index)
+    batch = len(problem.index)
     return Decision(
         action=outcome.action.astype(np.float32) if dtype == np.float32 else outcome.action,
+        wanted=problem.wanted,
         velocity=outcome.velocity,
         case=outcome.case,
         certified=outcome.certified.view(np.bool_),
@@ -455,7 +450,7 @@ def _decision(
         proof=outcome.proof.reshape(batch, 3, 2),
         proof_multipliers=outcome.proof_multipliers,
         fault=outcome.fault,
-        index=frozen(index),
+        index=frozen(problem.index),
         backend=backend,
         build_time=build_time,
         solve_time=solve_time,

@@ -234,7 +234,7 @@ def least_violation(
         multipliers: In: weights of the contradiction. Out: multipliers.
         count: How many rows the contradiction has.
         proof: Out, shape (3,): rows of the contradiction that proves t*.
-        proof_multipliers: Out: its weights, soft ones summing to one.
+        proof_multipliers: Out: its weights, soft ones summing to one; where only hard rows clash, of any sum.
 
     Returns:
         (status, x, y, entries of ``active``, t*, relaxation used, entries of ``proof``). CONTRADICTION: hard rows
@@ -245,12 +245,12 @@ def least_violation(
     x, y = wanted_x, wanted_y
     for _ in range(MAX_ROUNDS):
         bound, soft = proven_violation(rows, relaxation, active, multipliers, count)
-        if soft <= 0.0:
-            return CONTRADICTION, x, y, count, math.inf, relaxation, count
         for k in range(count):
             proof[k] = active[k]
-            proof_multipliers[k] = multipliers[k] / soft
+            proof_multipliers[k] = multipliers[k] / (soft if soft > 0.0 else 1.0)
         proof_count = count
+        if soft <= 0.0:
+            return CONTRADICTION, x, y, count, math.inf, relaxation, proof_count
         # Rounding must not let the bound stand still: then the slack grows, and the check afterwards tells.
         least = max(bound, least)
         relaxation = max(least, relaxation) + tolerance

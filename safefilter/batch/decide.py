@@ -8,6 +8,7 @@ Letters: B decisions. m/s; commands (v, w) in m/s and rad/s.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.batch.program import ACTION_NOT_FINITE, NO_FAULT, SAFE, solve, write_labels
@@ -19,6 +20,7 @@ from safefilter.batch.records import (
     Scratch,
     make_scratch,
     outcome_of,
+    problem_of,
 )
 from safefilter.batch.rows import hold, make_rows, soft_violation
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
@@ -180,10 +182,18 @@ def finish(
 
 @kernel
 def decide_range(
-    problem: Problem, options: Options, results: Results, first: int, last: int
+    parts: tuple[Any, ...], settings: tuple[Any, ...], blocks: tuple[Any, ...], first: int, last: int
 ) -> None:
-    """Decide [first, last) of a batch, with one set of scratch."""
-    out = outcome_of(results)
+    """Decide [first, last) of a batch, with one set of scratch.
+
+    Args:
+        parts: A `Problem`, made `plain`.
+        settings: `Options`, made `plain`.
+        blocks: `Results`, made `plain`.
+        first: First decision.
+        last: One past the last decision.
+    """
+    problem, options, out = problem_of(parts), Options(*settings), outcome_of(Results(*blocks))
     buffers = row_buffers(1, problem.capacity)
     rows = RowLabels(buffers.array[0], buffers.label[0])
     scratch = make_scratch(problem.num_neighbours)

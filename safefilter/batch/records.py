@@ -5,7 +5,7 @@ Letters: B decisions, N robots, S sides of the speed polygon. m/s.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -80,6 +80,30 @@ class Options(NamedTuple):
     bias_cos: float
     bias_sin: float
     is_single: bool
+
+
+def plain(record: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Take the names off a record: numba tells plain tuples four times as fast, and a single decision is short."""
+    return tuple(tuple(part) if isinstance(part, tuple) else part for part in record)
+
+
+@array_formula
+def problem_of(parts: tuple[Any, ...]) -> Problem:
+    """Give a plain problem its names back."""
+    scene, index, wanted, orca, separation, static, limits, drive, user, capacity, neighbours = parts
+    return Problem(
+        SceneArrays(*scene),
+        index,
+        wanted,
+        OrcaSettings(*orca),
+        SeparationSettings(*separation),
+        StaticSettings(*static),
+        Limits(*limits),
+        Drive(*drive),
+        UserRows(*user),
+        capacity,
+        neighbours,
+    )
 
 
 class Scratch(NamedTuple):

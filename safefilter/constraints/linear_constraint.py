@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from safefilter.arrays import FloatArray, IntArray, finite_array, frozen
+from safefilter.constraints.constraint import AnyScene
 from safefilter.errors import OutOfRange
 from safefilter.half_spaces import HalfSpaces
-from safefilter.scene import Scene
 
 
 class LinearConstraint:
@@ -69,7 +69,7 @@ class LinearConstraint:
         """What the rows are called in labels."""
         return self._name
 
-    def half_spaces(self, scene: Scene, action: FloatArray, index: IntArray) -> HalfSpaces:  # noqa: ARG002
+    def half_spaces(self, scene: AnyScene, action: FloatArray, index: IntArray) -> HalfSpaces:  # noqa: ARG002
         """Repeat the rows for each decision; see `Constraint.half_spaces`."""
         num_rows, dimension = self._normals.shape
         batch = len(index)

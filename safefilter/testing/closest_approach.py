@@ -86,8 +86,9 @@ def closest_approach(
     travelled = np.einsum("pk,pk->p", d, d)
     closing = -np.einsum("pk,pk->p", p, d)
     # The parabola's vertex; pairs that keep their distance, or part, are nearest at the start.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        fraction = np.where(closing > 0.0, np.minimum(closing / travelled, 1.0), 0.0)
+    fraction = np.zeros(len(closing))
+    np.divide(closing, travelled, out=fraction, where=(closing > 0.0) & (closing < travelled))
+    fraction[(closing > 0.0) & (closing >= travelled)] = 1.0
     nearest = p + fraction[:, None] * d
     start = np.hypot(p[:, 0], p[:, 1]) - contact
     least = np.hypot(nearest[:, 0], nearest[:, 1]) - contact

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +23,9 @@ from safefilter.scene import WANTED_X, WANTED_Y, Scene
 from safefilter.testing.closest_approach import Approach, Pairs, closest_approach, pairs_within
 from safefilter.testing.policies import Policy
 from safefilter.testing.reproduction import scene_code
+
+if TYPE_CHECKING:
+    from hypothesis.vendor.pretty import RepresentationPrinter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +63,10 @@ class Trial:
         positive_number(self.dt, "dt")
         if self.num_steps < 1:
             raise InvalidInput(f"num_steps: expected at least 1, got {self.num_steps}")
+
+    def _repr_pretty_(self, printer: RepresentationPrinter, _cycle: bool) -> None:
+        """Hypothesis and IPython print dataclasses field by field unless this says otherwise."""
+        printer.text(repr(self))
 
     def __repr__(self) -> str:
         """Write the code that makes it."""
@@ -158,8 +166,7 @@ def passive_velocity(
     candidates = []
     for velocity in (wanted, scene.velocity):
         advance = np.einsum("pk,pk->p", towards, velocity[robot]) * dt
-        with np.errstate(divide="ignore", invalid="ignore"):
-            part = np.where(advance > bound, np.maximum(bound, 0.0) / advance, 1.0)
+        part = np.divide(bound, advance, out=np.ones_like(bound), where=advance > bound)
         scale = np.ones(scene.num_robots)
         np.minimum.at(scale, robot, part)
         candidates.append(velocity * scale[:, None])

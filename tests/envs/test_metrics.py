@@ -26,6 +26,7 @@ def decision(index: list[int], case: list[Case], correction: list[float]) -> Dec
     certified[-1] = False
     return Decision(
         action=np.zeros((size, 2)),
+        wanted=np.zeros((size, 2)),
         velocity=np.zeros((size, 2)),
         case=np.array(case, dtype=np.int8),
         certified=certified,

@@ -40,7 +40,6 @@ def test_responsibilities_and_rooms_sum_to_one(own: float, other: float) -> None
 def test_every_pair_shares_one_change_by_priority(scene: sf.Scene, v_opt: VOpt, leg: Leg) -> None:
     orca = sf.PriorityORCA(TAU, v_opt, leg=leg)
     safety_filter = sf.SafetyFilter([orca, sf.Separation(DT)], sf.Holonomic(1.0))
-    cooperative = int(scene.cooperative.sum())
     assert scene.wanted is not None
     checked = assert_priority_allocation(
         safety_filter,
@@ -48,7 +47,8 @@ def test_every_pair_shares_one_change_by_priority(scene: sf.Scene, v_opt: VOpt, 
         scene.wanted[scene.cooperative],
         v_opt=sees_and_wants(scene, v_opt),
     )
-    assert checked == cooperative * (cooperative - 1) // 2
+    num_cooperative = int(scene.cooperative.sum())
+    assert checked == num_cooperative * (num_cooperative - 1) // 2
 
 
 def test_the_rule_as_printed_gives_the_higher_priority_the_worse_part_of_the_slack() -> None:
@@ -116,8 +116,7 @@ def test_equal_priorities_are_the_half_planes_of_rvo2(scene: sf.Scene) -> None:
         simulator.set_agent_pref_velocity(robot, tuple(equal.velocity[robot].tolist()))
     simulator.do_step()
     for robot in range(2):
-        line = simulator.get_agent_orca_line(robot, 0)
-        direction, point = np.array(line.direction.to_tuple()), np.array(line.point.to_tuple())
+        direction, point = map(np.array, simulator.get_agent_orca_line(robot, 0))
         normal = np.array([-direction[1], direction[0]])
         # RVO2 computes in single precision, and the direction of a short w is worth less.
         assert rows.normals[robot, 0] == pytest.approx(normal, abs=1e-2)
@@ -149,23 +148,40 @@ def test_a_robot_at_its_wanted_velocity_keeps_it_against_a_millionth_of_its_prio
     assert decision.correction[0] <= 1e-6 * relative + 2e-9
 
 
-@given(scenes(st.just(2), st.floats(0.01, 3.0), cooperative=st.just(True)), priorities(), priorities())
-def test_all_of_the_change_is_taken_together_and_no_more(
-    scene: sf.Scene, first: float, second: float
+@given(
+    st.floats(0.01, 2.0),
+    st.tuples(radii(), radii()),
+    st.tuples(priorities(), priorities()),
+    st.floats(1.1, 4.0),
+    st.floats(-0.9, 0.9),
+    velocities(),
+)
+def test_pairs_on_a_collision_course_give_way_together_until_they_graze_and_no_more(
+    gap: float,
+    radius: tuple[float, float],
+    priority: tuple[float, float],
+    haste: float,
+    aside: float,
+    other: tuple[float, float],
 ) -> None:
+    distance = sum(radius) + gap
+    angle = aside * np.arcsin(sum(radius) / distance)
+    # Fast enough to cover the distance within the horizon, aimed between the two tangents.
+    closing = haste * distance / TAU * np.array([np.cos(angle), np.sin(angle)])
     scene = sf.Scene.from_world(
-        scene.position, scene.velocity, scene.radius, priority=[first, second]
+        [[0.0, 0.0], [distance, 0.0]], [other + closing, other], radius, priority=priority
     )
     rows = sf.PriorityORCA(TAU).half_spaces(scene, scene.velocity, np.arange(2))
     normal = rows.normals[:, 0]
     parts = rows.offsets[:, 0] - np.einsum("nd,nd->n", normal, scene.velocity)
-    assume(parts.sum() > 1e-6)
-    # Both at the edge of what they are permitted: they graze each other, now or at the horizon.
+    assert (parts > 0.0).all()
+    assert parts[0] / parts[1] == pytest.approx(priority[1] / priority[0], rel=1e-6)
     velocity = scene.velocity + parts[:, None] * normal
-    approach = closest_approach(
-        scene.position, velocity * 1.000001 * TAU, scene.radius, pairs_within(scene.world)
-    )
-    assert abs(approach.least[0]) <= 1e-5
+    pairs = pairs_within(scene.world)
+    within = closest_approach(scene.position, velocity * TAU, scene.radius, pairs).least[0]
+    ever = closest_approach(scene.position, velocity * 100.0 * TAU, scene.radius, pairs).least[0]
+    assert within >= -1e-9
+    assert ever <= 1e-6
 
 
 @given(symmetric(), st.sampled_from(["dual", "paper"]))

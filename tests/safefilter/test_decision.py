@@ -9,31 +9,15 @@ import numpy as np
 import pytest
 
 from safefilter import Holonomic, LinearConstraint, SafetyFilter, Scene
-from safefilter.arrays import FloatArray
 from safefilter.decision import Case, Decision, Fault
 
+EAST = [1.0, 0.0]
+SCENE = Scene.from_world([[0.0, 0.0], [5.0, 0.0], [0.0, 5.0]], np.zeros((3, 2)), 0.1)
 
-def decision(correction: FloatArray, faults: list[Fault]) -> Decision:
-    size = len(correction)
-    return Decision(
-        action=np.zeros((size, 2)),
-        velocity=np.zeros((size, 2)),
-        case=np.full(size, Case.SAFE, dtype=np.int8),
-        certified=np.ones(size, dtype=np.bool_),
-        optimal=np.ones(size, dtype=np.bool_),
-        capped=np.zeros(size, dtype=np.bool_),
-        correction=correction,
-        violation=np.zeros(size),
-        active=np.full((size, 2, 2), -1),
-        multipliers=np.zeros((size, 2)),
-        proof=np.full((size, 3, 2), -1),
-        proof_multipliers=np.zeros((size, 3)),
-        fault=np.array(faults, dtype=np.int8),
-        index=np.arange(size),
-        backend="planar",
-        build_time=0.0,
-        solve_time=0.0,
-    )
+
+def decision(num_decisions: int = 3) -> Decision:
+    safety = SafetyFilter([LinearConstraint([EAST], [-1.0])], Holonomic(1.0))
+    return safety.decide(SCENE, np.zeros((num_decisions, 2)), range(num_decisions))
 
 
 def test_cases_are_those_of_algorithm_2() -> None:
@@ -44,7 +28,6 @@ def test_cases_are_those_of_algorithm_2() -> None:
     ]
 
 
-EAST = [1.0, 0.0]
 CONTRADICTION = LinearConstraint([EAST, [-1.0, 0.0]], [0.1, 0.1])
 
 
@@ -60,7 +43,7 @@ CONTRADICTION = LinearConstraint([EAST, [-1.0, 0.0]], [0.1, 0.1])
             Fault.NONE,
         ),
         (LinearConstraint([EAST], [-1.0]), [math.nan, 0.0], Case.SAFE, Fault.ACTION_NOT_FINITE),
-        (CONTRADICTION, EAST, Case.PROJECTED, Fault.EMPTY_HARD_SET),
+        (CONTRADICTION, EAST, Case.LEAST_VIOLATION, Fault.EMPTY_HARD_SET),
     ],
 )
 def test_kernels_use_the_numbers_of_cases_and_faults(
@@ -79,21 +62,21 @@ def test_faults_fit_into_the_smallest_integers() -> None:
 
 
 def test_a_decision_is_as_long_as_its_batch() -> None:
-    assert len(decision(np.zeros(0), [])) == 0
-    assert len(decision(np.zeros(3), [Fault.NONE] * 3)) == 3
+    assert [len(decision(size)) for size in range(4)] == [0, 1, 2, 3]
 
 
 def test_only_corrections_are_interventions() -> None:
-    made = decision(np.array([0.0, 1e-300, 0.1]), [Fault.NONE] * 3)
+    made = dataclasses.replace(decision(), correction=np.array([0.0, 1e-300, 0.1]))
     assert made.intervened.tolist() == [False, True, True]
 
 
 def test_every_fault_has_its_name() -> None:
-    made = decision(np.zeros(len(Fault)), list(Fault))
+    faults = np.array(list(Fault), dtype=np.int8)
+    made = dataclasses.replace(decision(), fault=faults)
     assert made.fault_names == tuple(Fault.__members__)
 
 
 def test_decisions_cannot_be_altered() -> None:
-    made = decision(np.zeros(1), [Fault.NONE])
+    made = decision()
     with pytest.raises(dataclasses.FrozenInstanceError):
         made.backend = "other"  # type: ignore[misc]  # that is the point

@@ -1,62 +1,165 @@
+"""Compiled formulas are the ones in the sources: never those of yesterday, never others in Python."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from types import ModuleType
+
 import numba
 import numpy as np
 import pytest
+from numba.core.caching import CompileResultCacheImpl
 
+import safefilter
 from safefilter.arrays import FloatArray
-from safefilter.jit import array_formula, formula, kernel, source_of
+from safefilter.jit import array_formula, formula, kernel, source_digest, source_of
 
-needs_compiler = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+PACKAGE = Path(safefilter.__file__).parent
+compiled_only = pytest.mark.skipif(
+    bool(numba.config.DISABLE_JIT), reason="there is nothing compiled with NUMBA_DISABLE_JIT=1"
+)
 
+# Head-on: the offset of a half-plane, made by a kernel of one file from formulas of others.
+SCRIPT = """
+import numpy as np
+import safefilter as sf
 
-@formula
-def sum_of(numbers: FloatArray) -> float:
-    total = 0.0
-    for number in numbers:
-        total += number
-    return total
-
-
-@formula
-def first_row(array: FloatArray) -> FloatArray:
-    return array[0]
-
-
-@formula
-def sum_and_row(array: FloatArray) -> tuple[float, FloatArray]:
-    return sum_of(array[0]), array[0]
+scene = sf.Scene.from_world([[0.0, 0.0], [4.0, 0.0]], [[0.875, 0.0], [-0.875, 0.0]], 0.5)
+rows = sf.PriorityORCA(2.0).half_spaces(scene, np.zeros((2, 2)), np.arange(2))
+print(rows.offsets[0, 0])
+"""
+FORMULA = "return combined_radius / horizon - w_length"
+CHANGED = "return combined_radius / horizon - w_length + 1.0"
 
 
-@array_formula
-def doubled(numbers: FloatArray) -> FloatArray:
-    return 2.0 * numbers
+def plus_one(x: float) -> float:
+    return x + 1
 
 
-@kernel
-def row_by_formula(array: FloatArray) -> float:
-    return sum_of(first_row(array))
+def twice(values: FloatArray) -> FloatArray:
+    return 2.0 * values
 
 
-@kernel
-def sum_doubled(array: FloatArray) -> float:
-    return sum_of(doubled(array[0]))
+def copy_of_package(folder: Path) -> Path:
+    return shutil.copytree(
+        PACKAGE, folder / "safefilter", ignore=shutil.ignore_patterns("__pycache__")
+    )
 
 
-def test_a_formula_takes_arrays_and_views_of_them() -> None:
-    assert sum_doubled(np.array([[1.0, 2.0], [3.0, 4.0]])) == 6.0
+def loaded(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location("jit_of_a_copy", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
-def test_source_of_a_formula_runs_on_other_numbers() -> None:
-    assert source_of(sum_of)([1, 2, 3]) == 6  # type: ignore[arg-type] # that is the point
+def digest_of(package: Path) -> str:
+    digest: str = loaded(package / "jit.py").source_digest()
+    return digest
 
 
-@needs_compiler
-@pytest.mark.parametrize("returns_array", [first_row, sum_and_row])
-def test_a_formula_that_returns_an_array_is_refused(returns_array: object) -> None:
-    with pytest.raises(TypeError, match="returns an array: make it an array_formula"):
-        returns_array(np.ones((2, 2)))  # type: ignore[operator] # compiled functions are callable
+def test_digest_is_that_of_the_bytes_and_not_of_the_place(tmp_path: Path) -> None:
+    assert digest_of(copy_of_package(tmp_path)) == source_digest()
 
 
-@needs_compiler
-def test_a_kernel_cannot_use_a_formula_that_returns_an_array() -> None:
-    with pytest.raises((TypeError, numba.TypingError), match="make it an array_formula"):
-        row_by_formula(np.ones((2, 2)))
+@pytest.mark.parametrize(
+    "name", ["constraints/velocity_obstacle.py", "jit.py", "__init__.py", "programs/__init__.py"]
+)
+def test_digest_changes_with_every_file(tmp_path: Path, name: str) -> None:
+    package = copy_of_package(tmp_path)
+    with (package / name).open("a", encoding="utf-8") as file:
+        file.write("# another byte\n")
+    assert digest_of(package) != source_digest()
+
+
+def test_digest_changes_with_a_new_file(tmp_path: Path) -> None:
+    package = copy_of_package(tmp_path)
+    (package / "constraints" / "another.py").write_text("# another file\n", encoding="utf-8")
+    assert digest_of(package) != source_digest()
+
+
+@pytest.mark.stress
+def test_a_cached_kernel_does_not_run_the_formula_of_yesterday(tmp_path: Path) -> None:
+    package, cache = copy_of_package(tmp_path), tmp_path / "cache"
+
+    def run() -> float:
+        environment = {
+            **os.environ,
+            "PYTHONPATH": str(tmp_path),
+            "NUMBA_CACHE_DIR": str(cache),
+            "NUMBA_DISABLE_JIT": "0",
+        }
+        result = subprocess.run(
+            [sys.executable, "-c", SCRIPT],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert result.returncode == 0, result.stderr
+        return float(result.stdout)
+
+    def machine_code() -> set[Path]:
+        return {path.relative_to(cache) for path in cache.rglob("*.nbc")}
+
+    before = run()
+    compiled = machine_code()
+    assert any("_orca_rows" in path.name for path in compiled)
+    assert run() == before
+    assert machine_code() == compiled, "the second process must not compile again"
+    # The kernel lives in priority_orca.py; only a formula that it inlines changes.
+    source = package / "constraints" / "velocity_obstacle.py"
+    text = source.read_text(encoding="utf-8")
+    assert text.count(FORMULA) == 1
+    source.write_text(text.replace(FORMULA, CHANGED), encoding="utf-8")
+    assert run() == before + 0.5  # half of a change that is larger by 1 m/s
+    source.write_text(text, encoding="utf-8")
+    assert run() == before
+
+
+@pytest.mark.parametrize("compiled", [formula(plus_one), array_formula(plus_one), kernel(plus_one)])
+def test_compiled_functions_do_what_their_source_does(compiled: Callable[[float], float]) -> None:
+    assert compiled(0.5) == plus_one(0.5) == 1.5
+
+
+def test_the_source_of_a_compiled_function_takes_other_numbers() -> None:
+    assert source_of(formula(plus_one))(Fraction(1, 3)) == Fraction(4, 3)  # type: ignore[arg-type]  # exact numbers
+    assert source_of(plus_one) is plus_one
+
+
+def test_functions_that_make_arrays_may_return_them() -> None:
+    for compiled in (array_formula(twice), kernel(twice)):
+        assert compiled(np.arange(3.0)).tolist() == [0.0, 2.0, 4.0]
+
+
+@compiled_only
+def test_a_formula_that_returns_an_array_is_refused() -> None:
+    # Its memory would be freed while others use it.
+    with pytest.raises(TypeError, match=r"^twice returns an array: make it an array_formula$"):
+        formula(twice)(np.arange(3.0))
+
+
+@compiled_only
+def test_division_by_zero_follows_ieee_as_in_numpy() -> None:
+    def inverse(x: float) -> float:
+        return 1.0 / x
+
+    for compiled in (formula(inverse), kernel(inverse)):
+        assert compiled(0.0) == np.inf
+
+
+@compiled_only
+def test_kernels_work_where_no_folder_can_be_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    # numba looks for a folder to write to in these places, and raises if there is none.
+    monkeypatch.setattr(CompileResultCacheImpl, "_locator_classes", [])
+    assert kernel(plus_one)(1.0) == 2.0

@@ -56,11 +56,13 @@ def test_the_name_is_free() -> None:
 @given(normals=normals, seed=st.integers(0, 99))
 def test_the_permitted_side_stays(normals: FloatArray, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    offsets, point = rng.uniform(-5.0, 5.0, len(normals)), rng.uniform(-5.0, 5.0, normals.shape[1])
+    offsets = rng.uniform(-5.0, 5.0, len(normals))
+    point = rng.uniform(-5.0, 5.0, (normals.shape[1],))
     rows = rows_of(LinearConstraint(normals, offsets))
-    length = np.linalg.norm(normals, axis=1)
-    expected = (offsets - normals @ point) / length
-    np.testing.assert_allclose(rows.violation(point[None])[0], expected, rtol=1e-9, atol=1e-9)
+    found = rows.violation(point[None])[0]
+    for m, (normal, offset) in enumerate(zip(normals, offsets, strict=True)):
+        expected = (offset - normal @ point) / math.hypot(*normal)
+        assert found[m] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 @given(normals=normals, exponent=st.integers(-280, 280))

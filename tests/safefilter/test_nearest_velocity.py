@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -58,7 +59,7 @@ def test_program_by_hand() -> None:
     assert program.q.tolist() == [-1.0, -0.5]
     assert program.G.tolist() == [[1.0, 0.0]]
     assert program.h.tolist() == [0.2]
-    assert exact_nearest(program) == (0.2, 0.5)
+    assert exact_nearest(program) == (Fraction(0.2), Fraction(0.5))
 
 
 def test_any_dimension() -> None:

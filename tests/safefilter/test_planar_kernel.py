@@ -249,9 +249,8 @@ def test_hard_rows_that_clash_only_after_soft_ones_are_found_too() -> None:
 @given(permitted_programs())
 def test_the_nearest_point_is_the_exact_one(program: ConvexProgram) -> None:
     found, exact = answer_to(program, SIDES), exact_nearest(program)
-    assert exact is not None
-    if found.least > 0.0:  # a permitted set of rounding's size can be lost; then t* is of that size too
-        assert found.least <= TOLERANCE
+    if exact is None or found.least > 0.0:  # a set of the size of rounding can be lost
+        assert found.least <= 1e-12
     else:
         assert found.point == pytest.approx([float(x) for x in exact], abs=TOLERANCE)
     assert found.status == SOLVED

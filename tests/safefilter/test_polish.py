@@ -187,6 +187,36 @@ def test_rows_repeated_but_for_the_last_bit_are_one_row(
     assert certify(program, polished, exact=True)
 
 
+@given(hundredth=st.integers(0, 628), turn=st.sampled_from([1e-6, 3e-7, 1e-7]))
+def test_the_corner_of_nearly_opposite_rows_is_rounded_once(hundredth: int, turn: float) -> None:
+    angles = 0.01 * hundredth + np.array([0.0, np.pi - turn])
+    G = np.column_stack([np.cos(angles), np.sin(angles)])
+    corner = np.array([0.3, 0.2])
+    # The wedge opens to one side of its corner; what is wanted lies on the other.
+    wanted = corner + G.sum(axis=0) / np.sqrt((G.sum(axis=0) ** 2).sum())
+    program = ConvexProgram(np.eye(2), -wanted, G, G @ corner)
+    x, multipliers = nearest(program)
+    assert multipliers.min() > 0.0
+    polished = polish(program, answer(x + 1e-5, multipliers), tolerance=TOLERANCE)
+    assert np.array_equal(polished.x, x)
+
+
+@given(hundredth=st.integers(0, 628), along=st.floats(-0.5, 0.5))
+def test_a_tie_of_a_linear_program_is_left_where_it_is(hundredth: int, along: float) -> None:
+    # Head-on: all velocities along the bisector violate equally, but for the last bit of cos(angle + pi).
+    sides = 2.0 * np.pi * np.arange(64) / 64
+    angles = np.concatenate([sides, 0.01 * hundredth + np.array([0.0, np.pi])])
+    soft = np.arange(66) >= 64
+    G = np.column_stack([np.cos(angles), np.sin(angles), np.where(soft, -1.0, 0.0)])
+    h = np.where(soft, -0.1, 1.0)
+    program = ConvexProgram(np.zeros((3, 3)), np.array([0.0, 0.0, 1.0]), G, h)
+    x = np.array([-along * G[64, 1], along * G[64, 0], 0.1])
+    polished = polish(program, answer(x + 1e-5, np.where(soft, 0.5, 0.0)), tolerance=TOLERANCE)
+    assert polished.x[2] == pytest.approx(0.1, abs=1e-15)
+    assert np.abs(polished.x - x).max() <= 1e-2
+    assert certify(program, polished, radius=2.0, exact=True)
+
+
 @given(program=permitted_programs())
 def test_polishing_again_changes_nothing(program: ConvexProgram) -> None:
     once = polish(program, answer(*nearest(program)), tolerance=TOLERANCE)

@@ -194,6 +194,7 @@ BY_HAND = [
     pytest.param(APART._replace(v_x=1.0, v_y=3.0), (-0.6, 0.8, -1.8), id="left leg, outside"),
     pytest.param(APART._replace(v_x=1.0, v_y=-3.0), (-0.6, -0.8, -1.8), id="right leg, outside"),
     pytest.param(APART._replace(v_x=4.0), (-0.6, -0.8, 2.4), id="on the axis: the right leg"),
+    pytest.param(APART._replace(v_x=1.0), (-0.6, -0.8, 0.6), id="at the centre: the right leg"),
     pytest.param(Pair(1.0, 0.0, 0.0, 0.0, 2.0, 9.0), (-1.0, 0.0, 4.0), id="overlap"),
     pytest.param(Pair(2.0, 0.0, 0.0, 0.0, 2.0, 9.0), (-1.0, 0.0, 0.0), id="touching, at rest"),
     pytest.param(Pair(2.0, 0.0, 8.0, 0.0, 2.0, 9.0), (-1.0, 0.0, 8.0), id="touching, at centre"),

@@ -1,0 +1,63 @@
+"""Which robots a batch decides for. Letters: B decisions, N robots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from safefilter.arrays import BoolArray, IntArray
+from safefilter.errors import NotCooperative, OutOfRange, ShapeError
+from safefilter.jit import kernel
+from safefilter.scene import Scene
+
+
+def robots_of(scene: Scene, index: Sequence[int] | IntArray | None) -> IntArray:
+    """Check the robots asked for.
+
+    Args:
+        scene: What the robots know.
+        index: Robots to decide for; None: every one that cooperates, in order.
+
+    Returns:
+        A new array of shape (B,).
+
+    Raises:
+        ShapeError: If ``index`` is not a list of integers.
+        OutOfRange: If it names no robot.
+        NotCooperative: If it names a robot that others take for unfiltered.
+    """
+    if index is None:
+        return np.flatnonzero(scene.cooperative)
+    robots = np.asarray(index)
+    if robots.size == 0:
+        robots = robots.astype(np.int64)
+    if robots.ndim != 1 or robots.dtype.kind not in "iu":
+        raise ShapeError(
+            f"index: expected integers of shape (B,), got {robots.dtype} of shape {robots.shape}"
+        )
+    robots = robots.astype(np.int64)
+    if not _are_cooperative(robots, scene.cooperative):
+        _refuse(scene, robots)
+    return robots
+
+
+@kernel
+def _are_cooperative(robots: IntArray, cooperative: BoolArray) -> bool:
+    """Are all of them robots that cooperate? A kernel, because a single decision is short: numpy needs 3 us."""
+    for robot in robots:
+        if robot < 0 or robot >= len(cooperative) or not cooperative[robot]:
+            return False
+    return True
+
+
+def _refuse(scene: Scene, robots: IntArray) -> None:
+    if robots.min() < 0 or robots.max() >= scene.num_robots:
+        raise OutOfRange(
+            f"index: expected robots 0 to {scene.num_robots - 1}, got {robots.tolist()}"
+        )
+    wrong = robots[~scene.cooperative[robots]].tolist()
+    raise NotCooperative(
+        f"index: robots {wrong} are flagged cooperative=False, so others take them for unfiltered and leave them "
+        "no share: leave them out, or flag them cooperative"
+    )

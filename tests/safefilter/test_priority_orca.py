@@ -1,0 +1,430 @@
+"""Half-planes of pairs: shared out by priority, safe for the horizon, and cut to the most urgent neighbours."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+
+from safefilter.arrays import FloatArray
+from safefilter.constraints.priority_orca import (
+    NEVER,
+    Leg,
+    PriorityORCA,
+    SlackRule,
+    VOpt,
+    grown_radius,
+    row_offset,
+    share_of_change,
+    time_to_collision,
+)
+from safefilter.constraints.responsibility import responsibility, room
+from safefilter.errors import InvalidInput, NotFinite, OutOfRange
+from safefilter.half_spaces import HalfSpaces
+from safefilter.scene import Scene
+
+SAFE_V_OPTS = ("current", "shared")
+BOTH = np.arange(2)
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two robots that do not overlap, and what they want."""
+
+    position: list[list[float]]
+    velocity: list[list[float]]
+    radius: list[float]
+    wanted: list[list[float]] = field(default_factory=lambda: [[0.0, 0.0], [0.0, 0.0]])
+    priority: list[float] = field(default_factory=lambda: [1.0, 1.0])
+    cooperative: list[bool] = field(default_factory=lambda: [True, True])
+
+    @property
+    def scene(self) -> Scene:
+        return Scene.from_world(
+            self.position,
+            self.velocity,
+            self.radius,
+            priority=self.priority,
+            cooperative=self.cooperative,
+            wanted=self.wanted,
+        )
+
+    def rows(self, orca: PriorityORCA) -> HalfSpaces:
+        return orca.half_spaces(self.scene, np.array(self.wanted), BOTH)
+
+    @property
+    def scale(self) -> float:
+        """Lengths and speeds in play: what rounding is measured against."""
+        numbers = [*self.position, *self.velocity, *self.wanted, self.radius]
+        return 1.0 + max(abs(number) for row in numbers for number in row)
+
+
+def least_distance(meeting: Meeting, velocity: FloatArray, duration: float) -> float:
+    """Least distance of centres while both keep their velocities."""
+    p = np.subtract(meeting.position[1], meeting.position[0])
+    v = velocity[1] - velocity[0]
+    speed_squared = float(v @ v)
+    time = min(max(-float(p @ v) / speed_squared, 0.0), duration) if speed_squared else 0.0
+    return float(np.linalg.norm(p + v * time))
+
+
+def permitted(rows: HalfSpaces, robot: int, outwards: float, sideways: float) -> FloatArray:
+    """A velocity within the robot's one half-plane."""
+    n_x, n_y = rows.normals[robot, 0]
+    along = rows.offsets[robot, 0] + outwards
+    return np.array([along * n_x - sideways * n_y, along * n_y + sideways * n_x])
+
+
+# Inside by any amount, often on the very edge.
+outwards = st.one_of(st.just(0.0), st.floats(0.0, 2.0))
+sideways = st.floats(-2.0, 2.0)
+speeds = st.one_of(st.sampled_from((0.0, 1.0, -1.0)), st.floats(-1.5, 1.5))
+vectors = st.lists(speeds, min_size=2, max_size=2)
+radii = st.floats(0.05, 0.5)
+priorities = st.floats(1e-3, 1e3)
+horizons = st.floats(0.2, 5.0)
+
+
+@st.composite
+def meetings(draw: st.DrawFn) -> Meeting:
+    radius = [draw(radii), draw(radii)]
+    distance = sum(radius) * (1.0 + draw(st.floats(1e-3, 10.0)))
+    angle, centre = draw(st.floats(0.0, 6.3)), [draw(speeds), draw(speeds)]
+    other = [centre[0] + distance * math.cos(angle), centre[1] + distance * math.sin(angle)]
+    return Meeting(
+        position=[centre, other],
+        velocity=[draw(vectors), draw(vectors)],
+        radius=radius,
+        wanted=[draw(vectors), draw(vectors)],
+        priority=[draw(priorities), draw(priorities)],
+    )
+
+
+@st.composite
+def settings_of_orca(draw: st.DrawFn, v_opts: tuple[str, ...] = SAFE_V_OPTS) -> dict[str, Any]:
+    return {
+        "time_horizon": draw(horizons),
+        "v_opt": draw(st.sampled_from(v_opts)),
+        "slack_rule": draw(st.sampled_from(get_args(SlackRule))),
+        "leg": draw(st.sampled_from(get_args(Leg))),
+    }
+
+
+# Two robots 4 m apart drive at each other with 0.875 m/s each; combined radius 1 m, horizon 2 s: the relative velocity
+# 1.75 m/s lies in the cut-off disc around 2 m/s of radius 0.5 m/s, and leaves it by a change of 0.25 m/s.
+HEAD_ON = Meeting([[0.0, 0.0], [4.0, 0.0]], [[0.875, 0.0], [-0.875, 0.0]], [0.5, 0.5])
+
+
+def test_head_on_rows_by_hand() -> None:
+    rows = HEAD_ON.rows(PriorityORCA(2.0))
+    assert rows.normals[:, 0].tolist() == [[-1.0, 0.0], [1.0, 0.0]]
+    assert rows.offsets[:, 0].tolist() == [-0.75, -0.75]
+    assert not rows.hard.any()
+    assert rows.present.all()
+    assert [rows.describe(b, 0) for b in range(2)] == ["priority_orca 1", "priority_orca 0"]
+
+
+@pytest.mark.parametrize(
+    ("priority", "expected"), [([3.0, 1.0], [-0.8125, -0.6875]), ([1.0, 3.0], [-0.6875, -0.8125])]
+)
+def test_higher_priority_gives_way_less_by_hand(
+    priority: list[float], expected: list[float]
+) -> None:
+    meeting = Meeting(HEAD_ON.position, HEAD_ON.velocity, HEAD_ON.radius, priority=priority)
+    assert meeting.rows(PriorityORCA(2.0)).offsets[:, 0].tolist() == expected
+
+
+def test_all_of_the_change_is_taken_from_a_robot_that_does_not_cooperate() -> None:
+    meeting = Meeting(
+        HEAD_ON.position,
+        HEAD_ON.velocity,
+        HEAD_ON.radius,
+        cooperative=[True, False],
+        priority=[9.0, 1.0],
+    )
+    assert meeting.rows(PriorityORCA(2.0)).offsets[0, 0] == -0.625
+
+
+@pytest.mark.parametrize(
+    ("change", "has_dual_slack", "expected"),
+    [(1.0, True, 0.25), (1.0, False, 0.25), (-1.0, True, 0.75), (-1.0, False, 0.25)],
+)
+def test_shares_by_hand(change: float, has_dual_slack: bool, expected: float) -> None:
+    assert share_of_change(3.0, 1.0, True, change, has_dual_slack) == expected
+    assert share_of_change(3.0, 1.0, False, change, has_dual_slack) == 1.0
+
+
+@given(a=priorities, b=priorities, change=st.floats(-2.0, 2.0), dual=st.booleans())
+def test_shares_of_a_pair_sum_to_one(a: float, b: float, change: float, dual: bool) -> None:
+    total = share_of_change(a, b, True, change, dual) + share_of_change(b, a, True, change, dual)
+    assert total == pytest.approx(1.0, abs=1e-15)
+
+
+@given(a=priorities, b=priorities, change=st.floats(-2.0, 2.0))
+def test_dual_rule_never_makes_the_higher_priority_change_more(
+    a: float, b: float, change: float
+) -> None:
+    # The row is n @ v >= n @ v_opt + share * change: the larger the right side, the more a robot must change.
+    high, low = max(a, b), min(a, b)
+    demand_high = share_of_change(high, low, True, change, True) * change
+    assert demand_high <= share_of_change(low, high, True, change, True) * change
+
+
+@given(a=priorities, b=priorities)
+def test_paper_rule_is_eq_15_on_both_branches(a: float, b: float) -> None:
+    for change in (1.0, -1.0):
+        assert share_of_change(a, b, True, change, False) == responsibility(a, b)
+    assert share_of_change(a, b, True, -1.0, True) == room(a, b)
+
+
+@given(along=speeds, share=st.floats(0.0, 1.0), change=speeds)
+def test_offset_lies_the_share_beyond_v_opt(along: float, share: float, change: float) -> None:
+    assert row_offset(along, share, change) - along == pytest.approx(share * change, abs=1e-15)
+
+
+@given(
+    meeting=meetings(),
+    options=settings_of_orca(),
+    mine=st.tuples(outwards, sideways),
+    theirs=st.tuples(outwards, sideways),
+)
+def test_pair_of_permitted_velocities_never_touches_within_the_horizon(
+    meeting: Meeting,
+    options: dict[str, Any],
+    mine: tuple[float, float],
+    theirs: tuple[float, float],
+) -> None:
+    rows = meeting.rows(PriorityORCA(**options))
+    velocity = np.stack([permitted(rows, 0, *mine), permitted(rows, 1, *theirs)])
+    nearest = least_distance(meeting, velocity, options["time_horizon"])
+    assert nearest >= sum(meeting.radius) - 1e-7 * meeting.scale
+
+
+@given(meeting=meetings(), options=settings_of_orca(), mine=st.tuples(outwards, sideways))
+def test_one_robot_avoids_another_that_keeps_its_velocity(
+    meeting: Meeting, options: dict[str, Any], mine: tuple[float, float]
+) -> None:
+    assume(options["v_opt"] == "current")
+    alone = Meeting(
+        meeting.position,
+        meeting.velocity,
+        meeting.radius,
+        meeting.wanted,
+        cooperative=[True, False],
+    )
+    rows = alone.rows(PriorityORCA(**options))
+    velocity = np.stack([permitted(rows, 0, *mine), np.array(meeting.velocity[1])])
+    nearest = least_distance(alone, velocity, options["time_horizon"])
+    assert nearest >= sum(alone.radius) - 1e-7 * alone.scale
+
+
+def test_own_wanted_against_seen_velocities_is_not_safe() -> None:
+    rng = np.random.default_rng(0)
+    touching = 0
+    for _ in range(200):
+        velocity, wanted = rng.uniform(-1.0, 1.0, (2, 2, 2))
+        meeting = Meeting([[0.0, 0.0], [1.0, 0.5]], velocity.tolist(), [0.2, 0.2], wanted.tolist())
+        rows = meeting.rows(PriorityORCA(2.0, v_opt="own"))
+        both = np.stack([permitted(rows, robot, 0.0, rng.uniform(-1.0, 1.0)) for robot in range(2)])
+        touching += least_distance(meeting, both, 2.0) < 0.4 - 1e-3
+    assert touching > 0
+
+
+@given(meeting=meetings(), options=settings_of_orca())
+def test_both_robots_get_opposite_normals(meeting: Meeting, options: dict[str, Any]) -> None:
+    rows = meeting.rows(PriorityORCA(**options))
+    assert rows.normals[0, 0].tolist() == (-rows.normals[1, 0]).tolist()
+
+
+@given(meeting=meetings(), options=settings_of_orca(get_args(VOpt)), x=speeds, y=speeds)
+def test_moving_frame_of_reference_moves_the_half_plane(
+    meeting: Meeting, options: dict[str, Any], x: float, y: float
+) -> None:
+    assume(options["leg"] == "nearest")
+    shift = np.array([x, y])
+    moved = Meeting(
+        meeting.position,
+        (np.array(meeting.velocity) + shift).tolist(),
+        meeting.radius,
+        (np.array(meeting.wanted) + shift).tolist(),
+        meeting.priority,
+    )
+    orca = PriorityORCA(**options)
+    before, after = meeting.rows(orca), moved.rows(orca)
+    # On the axis and at the centre the nearest side is a matter of rounding.
+    assume(np.abs(before.normals - after.normals).max() < 0.1)
+    expected = before.offsets[:, 0] + after.normals[:, 0] @ shift
+    blur = 1e-6 * meeting.scale
+    np.testing.assert_allclose(
+        after.offsets[:, 0],
+        expected,
+        atol=blur + 3.0 * np.abs(before.normals - after.normals).max(),
+    )
+
+
+@given(meeting=meetings())
+def test_current_velocities_make_wants_irrelevant(meeting: Meeting) -> None:
+    still = Meeting(
+        meeting.position, meeting.velocity, meeting.radius, [[0.0, 0.0]] * 2, meeting.priority
+    )
+    one, other = meeting.rows(PriorityORCA(2.0)), still.rows(PriorityORCA(2.0))
+    np.testing.assert_array_equal(one.offsets, other.offsets)
+
+
+@given(meeting=meetings())
+def test_shared_wants_are_what_current_is_for_robots_that_have_them(meeting: Meeting) -> None:
+    moving = Meeting(
+        meeting.position, meeting.wanted, meeting.radius, meeting.wanted, meeting.priority
+    )
+    shared = meeting.rows(PriorityORCA(2.0, v_opt="shared"))
+    current = moving.rows(PriorityORCA(2.0))
+    own = moving.rows(PriorityORCA(2.0, v_opt="own"))
+    for other in (current, own):
+        np.testing.assert_array_equal(shared.normals, other.normals)
+        np.testing.assert_array_equal(shared.offsets, other.offsets)
+
+
+def test_shared_wants_must_be_known() -> None:
+    scene = Scene.from_world(HEAD_ON.position, HEAD_ON.velocity, 0.5)
+    with pytest.raises(InvalidInput) as caught:
+        PriorityORCA(2.0, v_opt="shared").half_spaces(scene, np.zeros((2, 2)), BOTH)
+    assert str(caught.value) == (
+        'v_opt="shared" needs the wanted velocities of all robots: pass wanted= to Scene.from_world'
+    )
+
+
+def test_overlapping_robots_part_within_the_overlap_time() -> None:
+    # 0.4 m too close, at rest: 0.4 m in 0.5 s, shared by two.
+    meeting = Meeting([[0.0, 0.0], [0.6, 0.0]], [[0.0, 0.0], [0.0, 0.0]], [0.5, 0.5])
+    rows = meeting.rows(PriorityORCA(2.0, overlap_time=0.5))
+    assert rows.normals[:, 0].tolist() == [[-1.0, 0.0], [1.0, 0.0]]
+    np.testing.assert_allclose(rows.offsets[:, 0], [0.4, 0.4], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("p", "v", "radius", "expected"),
+    [
+        ((4.0, 0.0), (1.0, 0.0), 1.0, 3.0),
+        ((4.0, 0.0), (-1.0, 0.0), 1.0, NEVER),
+        ((4.0, 0.0), (0.0, 1.0), 1.0, NEVER),
+        ((4.0, 0.0), (0.0, 0.0), 1.0, NEVER),
+        ((4.0, 3.0), (1.0, 0.0), 3.0, 4.0),  # grazes
+        ((4.0, 3.001), (1.0, 0.0), 3.0, NEVER),
+        ((0.5, 0.0), (1.0, 0.0), 1.0, -0.75),  # overlaps: less the more it does
+        ((1.0, 0.0), (0.0, 0.0), 1.0, -1e-300),  # touches
+    ],
+)
+def test_time_to_collision_by_hand(
+    p: tuple[float, float], v: tuple[float, float], radius: float, expected: float
+) -> None:
+    assert time_to_collision(*p, *v, radius) == pytest.approx(expected, rel=1e-12)
+
+
+@given(meeting=meetings())
+@example(meeting=HEAD_ON)
+def test_discs_touch_at_the_time_to_collision_and_not_before(meeting: Meeting) -> None:
+    p = np.subtract(meeting.position[1], meeting.position[0])
+    v = np.subtract(meeting.velocity[0], meeting.velocity[1])
+    radius = sum(meeting.radius)
+    time = time_to_collision(p[0], p[1], v[0], v[1], radius)
+    velocity = np.array(meeting.velocity)
+    if time == NEVER:
+        assert least_distance(meeting, velocity, 1e6) >= radius - 1e-7 * meeting.scale
+    else:
+        assert least_distance(meeting, velocity, time) == pytest.approx(radius, abs=1e-6)
+        assert float(np.linalg.norm(p - time * v)) == pytest.approx(radius, abs=1e-6)
+
+
+def chosen(orca: PriorityORCA, scene: Scene) -> list[int]:
+    """Whom robot 0 keeps a row for, in order."""
+    rows = orca.half_spaces(scene, np.zeros((1, 2)), np.array([0]))
+    others: list[int] = rows.labels[0, rows.present[0], 1].tolist()
+    return others
+
+
+def urgency(scene: Scene, j: int) -> tuple[int, float]:
+    """Overlap first, the deepest first; then collision courses, the soonest first; then the rest, the nearest first."""
+    p = scene.position[j] - scene.position[0]
+    v = scene.velocity[0] - scene.velocity[j]
+    time = time_to_collision(p[0], p[1], v[0], v[1], scene.radius[0] + scene.radius[j])
+    return (2, float(p @ p)) if time == NEVER else (0 if time < 0.0 else 1, time)
+
+
+@given(seed=st.integers(0, 999), kept=st.integers(0, 12))
+def test_the_most_urgent_neighbours_are_kept(seed: int, kept: int) -> None:
+    rng = np.random.default_rng(seed)
+    scene = Scene.from_world(
+        rng.uniform(-8.0, 8.0, (10, 2)), rng.uniform(-1.0, 1.0, (10, 2)), rng.uniform(0.1, 1.0, 10)
+    )
+    order = sorted(range(1, 10), key=lambda j: urgency(scene, j))
+    found = chosen(PriorityORCA(2.0, max_neighbours=kept), scene)
+    # Nothing is cut where there are fewer: then the order is the scene's.
+    assert found == order[:kept] if kept < 9 else sorted(found) == sorted(order)
+
+
+def test_without_collision_courses_the_nearest_are_kept() -> None:
+    position = [[0.0, 0.0], [50.0, 0.0], [20.0, 0.0], [3.0, 0.0], [1.0, 0.0], [7.0, 0.0]]
+    scene = Scene.from_world(position, np.zeros((6, 2)), 0.1)
+    assert chosen(PriorityORCA(2.0, max_neighbours=2), scene) == [4, 3]
+
+
+@given(seed=st.integers(0, 999), kept=st.integers(0, 8))
+def test_by_distance_the_nearest_are_kept(seed: int, kept: int) -> None:
+    rng = np.random.default_rng(seed)
+    scene = Scene.from_world(rng.uniform(-8.0, 8.0, (10, 2)), rng.uniform(-1.0, 1.0, (10, 2)), 0.2)
+    distance = np.linalg.norm(scene.position - scene.position[0], axis=1)
+    order = sorted(range(1, 10), key=lambda j: float(distance[j]))
+    orca = PriorityORCA(2.0, max_neighbours=kept, order="distance")
+    assert chosen(orca, scene) == order[:kept]
+
+
+@given(combined=st.floats(0.01, 2.0), gap=st.floats(-1.0, 5.0), error=st.floats(0.0, 1.0))
+def test_radii_grow_by_both_errors_but_never_into_contact(
+    combined: float, gap: float, error: float
+) -> None:
+    grown = grown_radius(combined, combined + gap, error)
+    assert combined <= grown <= combined + 2.0 * error + 1e-15
+    if gap >= 0.0:
+        assert grown <= combined + gap + 1e-15
+    else:
+        assert grown == combined
+
+
+def test_radii_grow_by_hand() -> None:
+    assert grown_radius(1.0, 3.0, 0.25) == 1.5
+    assert grown_radius(1.0, 1.25, 0.25) == 1.25
+    assert grown_radius(1.0, 0.5, 0.25) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"time_horizon": 0.0}, OutOfRange, "time_horizon: expected a number above 0, got 0.0"),
+        ({"time_horizon": math.nan}, NotFinite, "time_horizon: expected a finite number, got nan"),
+        ({"overlap_time": -1.0}, OutOfRange, "overlap_time: expected a number above 0, got -1.0"),
+        ({"max_neighbours": -1}, OutOfRange, "max_neighbours: expected 0 or more, got -1"),
+        (
+            {"v_opt": "mine"},
+            InvalidInput,
+            "v_opt: expected one of current, shared, own, got 'mine'",
+        ),
+        ({"slack_rule": ""}, InvalidInput, "slack_rule: expected one of dual, paper, got ''"),
+        ({"leg": "left"}, InvalidInput, "leg: expected one of nearest, norm, got 'left'"),
+        (
+            {"order": "age"},
+            InvalidInput,
+            "order: expected one of time_to_collision, distance, got 'age'",
+        ),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(
+    options: dict[str, Any], error: type[ValueError], message: str
+) -> None:
+    with pytest.raises(error) as caught:
+        PriorityORCA(**{"time_horizon": 2.0, **options})
+    assert str(caught.value) == message

@@ -1,0 +1,123 @@
+"""Ranges cover a batch once, whatever the number of threads; errors come out."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import Counter
+
+import numba
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from safefilter.threads import MIN_ITEMS, over_ranges
+
+numbers_of_items = st.one_of(
+    st.integers(0, 40),
+    st.sampled_from((MIN_ITEMS - 1, MIN_ITEMS, MIN_ITEMS + 1)),
+    st.integers(0, 5 * MIN_ITEMS),
+)
+# More than this machine may have: numba only says how many.
+numbers_of_threads = st.integers(1, 9)
+
+
+class Ranges:
+    """Notes which items were worked on, and by which threads."""
+
+    def __init__(self, failing: frozenset[int] = frozenset()) -> None:
+        self.calls: list[tuple[int, int]] = []
+        self.threads: set[str] = set()
+        self.failing = failing
+        self.lock = threading.Lock()
+
+    def __call__(self, first: int, last: int) -> None:
+        with self.lock:
+            self.calls.append((first, last))
+            self.threads.add(threading.current_thread().name)
+        wrong = self.failing.intersection(range(first, last))
+        if wrong:
+            raise ZeroDivisionError(f"item {min(wrong)}")
+
+    def items(self) -> Counter[int]:
+        return Counter(item for first, last in self.calls for item in range(first, last))
+
+
+def run(work: Ranges, num_items: int, num_threads: int) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(numba, "get_num_threads", lambda: num_threads)
+        over_ranges(work, num_items)
+
+
+@given(num_items=numbers_of_items, num_threads=numbers_of_threads)
+def test_every_item_is_worked_on_once(num_items: int, num_threads: int) -> None:
+    work = Ranges()
+    run(work, num_items, num_threads)
+    assert work.items() == Counter(range(num_items))
+
+
+@given(num_items=st.integers(MIN_ITEMS, 5 * MIN_ITEMS), num_threads=st.integers(2, 9))
+def test_large_batches_are_shared_out_in_ranges_that_hold_something(
+    num_items: int, num_threads: int
+) -> None:
+    work = Ranges()
+    run(work, num_items, num_threads)
+    assert all(first < last for first, last in work.calls)
+    assert len(work.calls) > 1
+    assert all(name.startswith("safefilter") for name in work.threads)
+
+
+@pytest.mark.parametrize(
+    ("num_items", "num_threads"), [(MIN_ITEMS - 1, 8), (10 * MIN_ITEMS, 1), (0, 8)]
+)
+def test_small_batches_and_single_threads_stay_with_the_caller(
+    num_items: int, num_threads: int
+) -> None:
+    work = Ranges()
+    run(work, num_items, num_threads)
+    assert work.calls == [(0, num_items)]
+    assert work.threads == {threading.current_thread().name}
+
+
+@given(
+    num_items=st.integers(MIN_ITEMS, 5 * MIN_ITEMS),
+    num_threads=numbers_of_threads,
+    place=st.floats(0.0, 1.0, exclude_max=True),
+)
+def test_an_error_comes_out_after_all_work_has_ended(
+    num_items: int, num_threads: int, place: float
+) -> None:
+    wrong = int(place * num_items)
+    work = Ranges(frozenset({wrong}))
+    with pytest.raises(ZeroDivisionError, match=rf"^item {wrong}$"):
+        run(work, num_items, num_threads)
+    # Nobody writes into the caller's arrays afterwards: the other ranges were not left behind.
+    assert work.items() == Counter(range(num_items))
+
+
+def test_the_first_range_that_fails_is_reported() -> None:
+    work = Ranges(frozenset(range(100, 4 * MIN_ITEMS)))
+    with pytest.raises(ZeroDivisionError, match=r"^item 100$"):
+        run(work, 4 * MIN_ITEMS, 4)
+
+
+def test_a_failure_does_not_spoil_the_next_call() -> None:
+    with pytest.raises(ZeroDivisionError):
+        run(Ranges(frozenset({0})), 2 * MIN_ITEMS, 3)
+    work = Ranges()
+    run(work, 2 * MIN_ITEMS, 3)
+    assert work.items() == Counter(range(2 * MIN_ITEMS))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
+def test_a_forked_child_makes_threads_of_its_own() -> None:
+    run(Ranges(), 2 * MIN_ITEMS, 2)
+    child = os.fork()
+    if child == 0:
+        # Leaves at once: pytest must not go on twice. A child that waited for lost threads would hang.
+        work = Ranges()
+        run(work, 2 * MIN_ITEMS, 2)
+        os._exit(0 if work.items() == Counter(range(2 * MIN_ITEMS)) else 1)
+    _, status = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(status) == 0
