@@ -1,6 +1,8 @@
 """Worlds of many robots.
 
-Importing this registers the Gymnasium environments ``envs:Crossroad-v0`` and ``envs:Circle-v0``.
+Importing this registers the Gymnasium environments ``envs:Crossroad-v0`` and ``envs:Circle-v0`` of holonomic robots,
+and ``envs:CrossroadDrive-v0``, ``envs:CorridorDrive-v0`` and ``envs:DoorwayDrive-v0`` of differential drives between
+walls.
 """
 
 import gymnasium
@@ -9,17 +11,20 @@ from envs.fleet import Fleet
 from envs.navigation import Navigation
 from envs.outcome import Outcome
 from envs.rules import AfterArrival, Rules
-from envs.scenarios import Circle, Crossroad
+from envs.scenarios import Circle, Corridor, Crossroad, Doorway, UShape
 from envs.world import World
 
 __all__ = [
     "AfterArrival",
     "Circle",
+    "Corridor",
     "Crossroad",
+    "Doorway",
     "Fleet",
     "Navigation",
     "Outcome",
     "Rules",
+    "UShape",
     "World",
 ]
 
@@ -33,3 +38,13 @@ gymnasium.register(
     entry_point="envs.gymnasium_adapter:OneLearner",
     kwargs={"scenario": Circle()},
 )
+for _name, _scenario in (
+    ("Crossroad", Crossroad(is_walled=True)),
+    ("Corridor", Corridor()),
+    ("Doorway", Doorway()),
+):
+    gymnasium.register(
+        id=f"{_name}Drive-v0",
+        entry_point="envs.gymnasium_adapter:OneLearner",
+        kwargs={"scenario": _scenario, "kinematics": "differential"},
+    )

@@ -1,122 +1,121 @@
-"""Collisions of discs inside a step, in closed form; the judge, which shares no formula with the filter.
+"""Collisions of discs with each other and with walls inside a step: certified, see `envs.arcs`.
 
-During a step each robot moves straight at constant speed. Seen from one robot the other's centre runs along the
-segment p + s d, s in [0, 1], where p is the relative position at the start and d the relative displacement; the
-distance of centres is the root of a quadratic in s, so its least value and its first crossing of r_i + r_j are exact.
-
-Letters: W worlds, N robots. SI units; s is a fraction of the step.
+Letters: W worlds, N robots, S walls. SI units; s is a fraction of the step.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from envs.arcs import Path, Segment, first_entry, least_path_distance
+from envs.dynamics import Movement
 from safefilter.arrays import BoolArray, FloatArray, IntArray
-from safefilter.jit import formula, kernel
+from safefilter.jit import kernel
 from safefilter.threads import over_ranges
 
 # Discs may start exactly touching. Coordinates of kilometres are rounded to 1e-13 m; a nanometre is no rounding.
 CONTACT_TOLERANCE = 1e-9
+NO_WALLS: FloatArray = np.zeros((0, 2, 2))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """What can touch what.
+
+    Attributes:
+        radius: Shape (W, N), in m.
+        present: Shape (W, N): robots with a body.
+        wrecked: Shape (W, N): robots that have collided before; two of them are not judged again, nor one and a wall.
+        walls: Segments, the same in all worlds, shape (S, 2, 2), in m.
+    """
+
+    radius: FloatArray
+    present: BoolArray
+    wrecked: BoolArray
+    walls: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:
-    """What happened between robots during one step.
+    """What touched during one step.
 
     Attributes:
         clearance: Least free distance of each robot to any other during the step, shape (W, N), in m; negative is
-            how deep discs would have entered each other, inf is nobody there.
+            how deep discs would have entered each other, inf is nobody there. A lower bound, up to 0.5e-9 m below.
+        wall_clearance: The same to the nearest wall.
         touched: Shape (W, N): entered another robot.
-        fraction: Part of the step before the first contact, shape (W, N); 1 for robots that touched nobody.
+        hit_wall: Shape (W, N): entered a wall.
+        fraction: Part of the step before the first contact, shape (W, N); 1 for robots that touched nothing.
         num_pairs: Number of pairs that touched, shape (W,).
     """
 
     clearance: FloatArray
+    wall_clearance: FloatArray
     touched: BoolArray
+    hit_wall: BoolArray
     fraction: FloatArray
     num_pairs: IntArray
 
+    @classmethod
+    def none(cls, num_worlds: int, num_robots: int) -> Contacts:
+        """Nobody has met anything."""
+        shape = (num_worlds, num_robots)
+        return cls(
+            clearance=np.full(shape, np.inf),
+            wall_clearance=np.full(shape, np.inf),
+            touched=np.zeros(shape, dtype=np.bool_),
+            hit_wall=np.zeros(shape, dtype=np.bool_),
+            fraction=np.ones(shape),
+            num_pairs=np.zeros(num_worlds, dtype=np.int64),
+        )
 
-def find_contacts(
-    position: FloatArray,
-    displacement: FloatArray,
-    radius: FloatArray,
-    present: BoolArray,
-    wrecked: BoolArray,
-) -> Contacts:
-    """Judge one step of every pair of robots in every world.
 
-    All pairs are judged on the whole movement asked for, also where a robot is stopped by an earlier contact.
+def find_contacts(position: FloatArray, movement: Movement, bodies: Bodies) -> Contacts:
+    """Judge one step of every pair of robots, and of every robot and wall, in every world.
+
+    All are judged on the whole movement asked for, also where a robot is stopped by an earlier contact.
 
     Args:
         position: Centres at the start of the step, shape (W, N, 2), in m.
-        displacement: Straight movements during the step, shape (W, N, 2), in m.
-        radius: Shape (W, N), in m.
-        present: Shape (W, N): robots with a body.
-        wrecked: Shape (W, N): robots that have collided before; two of them are not judged again.
-
-    Returns:
-        Contacts of the step.
+        movement: Movements during the step.
+        bodies: Robots and walls.
     """
-    num_worlds, num_robots = radius.shape
-    clearance = np.full((num_worlds, num_robots), np.inf)
-    fraction = np.ones((num_worlds, num_robots))
-    touched = np.zeros((num_worlds, num_robots), dtype=np.bool_)
-    num_pairs = np.zeros(num_worlds, dtype=np.int64)
+    num_worlds, num_robots = bodies.radius.shape
+    contacts = Contacts.none(num_worlds, num_robots)
 
     def judge(first: int, last: int) -> None:
         _judge_pairs(
             first,
             last,
             position,
-            displacement,
-            radius,
-            present,
-            wrecked,
-            clearance,
-            touched,
-            fraction,
-            num_pairs,
+            movement.displacement,
+            movement.turn,
+            bodies.radius,
+            bodies.present,
+            bodies.wrecked,
+            contacts.clearance,
+            contacts.touched,
+            contacts.fraction,
+            contacts.num_pairs,
+        )
+        _judge_walls(
+            first,
+            last,
+            position,
+            movement.displacement,
+            movement.turn,
+            bodies.radius,
+            bodies.present & ~bodies.wrecked,
+            bodies.walls,
+            contacts.wall_clearance,
+            contacts.hit_wall,
+            contacts.fraction,
         )
 
     over_ranges(judge, num_worlds)
-    return Contacts(clearance, touched, fraction, num_pairs)
-
-
-@formula
-def closest_fraction(p_x: float, p_y: float, d_x: float, d_y: float) -> float:
-    """When p + s d is nearest to the origin, s in [0, 1]; 0 without movement."""
-    squared_length = d_x * d_x + d_y * d_y
-    approach = -(p_x * d_x + p_y * d_y)
-    if approach <= 0.0 or squared_length == 0.0:
-        return 0.0
-    if approach >= squared_length:
-        return 1.0
-    return approach / squared_length
-
-
-@formula
-def least_distance(p_x: float, p_y: float, d_x: float, d_y: float) -> float:
-    """Least distance of p + s d from the origin over s in [0, 1]."""
-    s = closest_fraction(p_x, p_y, d_x, d_y)
-    return math.hypot(p_x + s * d_x, p_y + s * d_y)
-
-
-@formula
-def entry_fraction(p_x: float, p_y: float, d_x: float, d_y: float, reach: float) -> float:
-    """When p + s d first enters the disc of radius ``reach``; only for movements that do enter it.
-
-    The smaller root of |d|^2 s^2 + 2 (p . d) s + |p|^2 - reach^2 = 0, written without cancellation.
-    """
-    outside = p_x * p_x + p_y * p_y - reach * reach
-    if outside <= 0.0:
-        return 0.0
-    approach = -(p_x * d_x + p_y * d_y)
-    discriminant = approach * approach - (d_x * d_x + d_y * d_y) * outside
-    return min(1.0, outside / (approach + math.sqrt(max(0.0, discriminant))))
+    return contacts
 
 
 @kernel
@@ -125,6 +124,7 @@ def _judge_pairs(  # noqa: PLR0917  # a kernel takes arrays, not records
     last_world: int,
     position: FloatArray,
     displacement: FloatArray,
+    turn: FloatArray,
     radius: FloatArray,
     present: BoolArray,
     wrecked: BoolArray,
@@ -133,24 +133,72 @@ def _judge_pairs(  # noqa: PLR0917  # a kernel takes arrays, not records
     fraction: FloatArray,
     num_pairs: IntArray,
 ) -> None:
+    point = Segment(0.0, 0.0, 0.0, 0.0)
     num_robots = radius.shape[1]
     for w in range(first_world, last_world):
         for i in range(num_robots):
             for j in range(i + 1, num_robots):
                 if not (present[w, i] and present[w, j]) or (wrecked[w, i] and wrecked[w, j]):
                     continue
-                p_x = position[w, j, 0] - position[w, i, 0]
-                p_y = position[w, j, 1] - position[w, i, 1]
-                d_x = displacement[w, j, 0] - displacement[w, i, 0]
-                d_y = displacement[w, j, 1] - displacement[w, i, 1]
+                path = Path(
+                    position[w, j, 0] - position[w, i, 0],
+                    position[w, j, 1] - position[w, i, 1],
+                    displacement[w, j, 0],
+                    displacement[w, j, 1],
+                    turn[w, j],
+                    displacement[w, i, 0],
+                    displacement[w, i, 1],
+                    turn[w, i],
+                )
                 reach = radius[w, i] + radius[w, j]
-                gap = least_distance(p_x, p_y, d_x, d_y) - reach
+                # What is further than both robots' least clearance so far need not be known exactly.
+                enough = reach + max(0.0, clearance[w, i], clearance[w, j])
+                gap = least_path_distance(path, point, enough) - reach
                 clearance[w, i] = min(clearance[w, i], gap)
                 clearance[w, j] = min(clearance[w, j], gap)
                 if gap < -CONTACT_TOLERANCE:
-                    s = entry_fraction(p_x, p_y, d_x, d_y, reach)
+                    s = first_entry(path, point, reach)
                     num_pairs[w] += 1
                     touched[w, i] = True
                     touched[w, j] = True
                     fraction[w, i] = min(fraction[w, i], s)
                     fraction[w, j] = min(fraction[w, j], s)
+
+
+@kernel
+def _judge_walls(  # noqa: PLR0917  # a kernel takes arrays, not records
+    first_world: int,
+    last_world: int,
+    position: FloatArray,
+    displacement: FloatArray,
+    turn: FloatArray,
+    radius: FloatArray,
+    judged: BoolArray,
+    walls: FloatArray,
+    clearance: FloatArray,
+    hit: BoolArray,
+    fraction: FloatArray,
+) -> None:
+    for w in range(first_world, last_world):
+        for i in range(radius.shape[1]):
+            if not judged[w, i]:
+                continue
+            path = Path(
+                position[w, i, 0],
+                position[w, i, 1],
+                displacement[w, i, 0],
+                displacement[w, i, 1],
+                turn[w, i],
+                0.0,
+                0.0,
+                0.0,
+            )
+            reach = radius[w, i]
+            for k in range(len(walls)):
+                wall = Segment(walls[k, 0, 0], walls[k, 0, 1], walls[k, 1, 0], walls[k, 1, 1])
+                enough = reach + max(0.0, clearance[w, i])
+                gap = least_path_distance(path, wall, enough) - reach
+                clearance[w, i] = min(clearance[w, i], gap)
+                if gap < -CONTACT_TOLERANCE:
+                    hit[w, i] = True
+                    fraction[w, i] = min(fraction[w, i], first_entry(path, wall, reach))

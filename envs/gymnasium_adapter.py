@@ -13,6 +13,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from envs.navigation import Navigation
 from envs.observation import observation_size, observe
@@ -27,6 +28,7 @@ from envs.reward import (
 )
 from envs.rules import Rules
 from envs.scenarios import Scenario
+from envs.steering import steer
 from envs.world import World
 from safefilter.arrays import FloatArray, frozen
 from safefilter.safety_filter import SafetyFilter
@@ -34,7 +36,7 @@ from safefilter.scene import Scene
 
 Observation: TypeAlias = npt.NDArray[np.float32]
 Act: TypeAlias = Callable[[World, np.random.Generator], FloatArray]
-"""What other robots do: from the world and a source of chance to velocities of all, shape (W, N, 2), in m/s."""
+"""What other robots do: from the world and a source of chance to actions of all, shape (W, N, 2)."""
 
 LEARNER = 0
 
@@ -42,12 +44,14 @@ LEARNER = 0
 class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     """One robot among others.
 
-    Action: velocity in world axes, shape (2,), in m/s, each part within [-v_max, v_max]; faster than v_max along the
-    diagonal is executed at v_max. Observation: see `envs.observation`, shape (7 + 8 k,), in [-1, 1]. Reward: see
-    `envs.reward`. An episode terminates when the learner arrives or collides, and is truncated at the time limit.
+    Action of a holonomic robot: velocity in world axes, shape (2,), in m/s, each part within [-v_max, v_max]; faster
+    than v_max along the diagonal is executed at v_max. Action of a differential drive: command (v, w), shape (2,),
+    in m/s and rad/s, v within [0, v_max] and w within [-omega_max, omega_max]. Observation: see `envs.observation`,
+    shape (7 + 8 k,), in [-1, 1]. Reward: see `envs.reward`. An episode terminates when the learner arrives or collides,
+    and is truncated at the time limit.
 
-    ``info`` holds ``clearance`` (least free distance to any other robot during the step, in m), ``arrived`` and
-    ``collided``.
+    ``info`` holds ``clearance`` and ``wall_clearance`` (least free distance to any other robot, and to any wall,
+    during the step, in m), ``arrived`` and ``collided``.
 
     Attributes:
         navigation: The world, with the learner as robot 0.
@@ -60,8 +64,9 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         scenario: Scenario,
         *,
         fleet: Fleet | None = None,
+        kinematics: Kinematics | None = None,
         rules: Rules | None = None,
-        others: Act = lambda world, _: world.preferred_velocity(),
+        others: Act = lambda world, _: steer(world, world.preferred_velocity()),
         others_filter: SafetyFilter | None = None,
         num_neighbours: int = 5,
         weights: RewardWeights | None = None,
@@ -73,6 +78,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             scenario: Places the robots.
             fleet: What the robots are. Others count as cooperative only if they have a filter; the learner does
                 unless the fleet says otherwise, as it is meant to be wrapped in one.
+            kinematics: How robots move: ``"holonomic"`` or ``"differential"``; None: as the fleet does.
             rules: Rules of the episode.
             others: What the other robots do; by default they go straight to their goals.
             others_filter: Filter of the other cooperative robots; None executes their actions as they are.
@@ -81,6 +87,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             render_mode: ``"rgb_array"`` or None.
         """
         fleet = Fleet.of(scenario.num_robots) if fleet is None else fleet
+        fleet = fleet if kinematics is None else replace(fleet, kinematics=kinematics)
         if others_filter is None:
             fleet = _only_learner_cooperates(fleet)
         self.navigation = Navigation(scenario, fleet, rules)
@@ -89,8 +96,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._others_filter = others_filter
         self._num_neighbours = num_neighbours
         self._weights = RewardWeights() if weights is None else weights
-        v_max = np.float32(fleet.v_max[LEARNER])
-        self.action_space = gymnasium.spaces.Box(-v_max, v_max, (2,), np.float32)
+        self.action_space = _action_space(fleet)
         self.observation_space = gymnasium.spaces.Box(
             -1.0, 1.0, (observation_size(num_neighbours),), np.float32
         )
@@ -106,9 +112,11 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """
         super().reset(seed=seed, options=options)
         self.navigation.reset(int(self.np_random.integers(2**31)))
-        self._recorder = Recorder(self.navigation.world, 0, self.navigation.rules.dt)
-        nothing = np.zeros(1, dtype=np.bool_)
-        return self._observation(), _info(np.inf, nothing[0], nothing[0])
+        navigation = self.navigation
+        self._recorder = Recorder(
+            navigation.world, 0, navigation.rules.dt, walls=navigation.scenario.walls
+        )
+        return self._observation(), _info(np.inf, np.inf, arrived=False, collided=False)
 
     def step(
         self, action: npt.NDArray[np.float32]
@@ -116,7 +124,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Move the learner by ``action`` and the others by their policy, at the same time.
 
         Args:
-            action: Velocity of the learner, shape (2,), in m/s.
+            action: What the learner does, shape (2,).
 
         Returns:
             Observation, reward, terminated, truncated, info.
@@ -128,13 +136,18 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         outcome = self.navigation.step(actions)
         if self.render_mode is not None:
             self._recorder.record()
-        arrived, collided = outcome.arrived[0, LEARNER], outcome.collided[0, LEARNER]
+        arrived, collided = bool(outcome.arrived[0, LEARNER]), bool(outcome.collided[0, LEARNER])
         reward = self._reward(before, outcome)
-        info = _info(outcome.clearance[0, LEARNER], arrived, collided)
+        info = _info(
+            float(outcome.clearance[0, LEARNER]),
+            float(outcome.wall_clearance[0, LEARNER]),
+            arrived=arrived,
+            collided=collided,
+        )
         return (
             self._observation(),
             reward,
-            bool(arrived or collided),
+            arrived or collided,
             bool(outcome.timed_out[0]),
             info,
         )
@@ -191,7 +204,21 @@ def _only_learner_cooperates(fleet: Fleet) -> Fleet:
     return replace(fleet, cooperative=frozen(flags))
 
 
+def _action_space(fleet: Fleet) -> gymnasium.Space[npt.NDArray[np.float32]]:
+    v_max = fleet.v_max[LEARNER]
+    if fleet.kinematics == "holonomic":
+        return gymnasium.spaces.Box(np.float32(-v_max), np.float32(v_max), (2,), np.float32)
+    omega_max = fleet.omega_max[LEARNER]
+    low, high = np.array([0.0, -omega_max]), np.array([v_max, omega_max])
+    return gymnasium.spaces.Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
+
+
 def _info(
-    clearance: np.floating[Any] | float, arrived: np.bool_, collided: np.bool_
+    clearance: float, wall_clearance: float, *, arrived: bool, collided: bool
 ) -> dict[str, Any]:
-    return {"clearance": float(clearance), "arrived": bool(arrived), "collided": bool(collided)}
+    return {
+        "clearance": clearance,
+        "wall_clearance": wall_clearance,
+        "arrived": arrived,
+        "collided": collided,
+    }

@@ -24,6 +24,9 @@ class Metrics:
     Attributes:
         min_clearance: Least clearance of each robot so far, shape (W, N), in m; negative is how deep discs would
             have entered each other, inf is nobody met.
+        min_wall_clearance: The same to walls.
+        robot_hits: Robots that touched another, shape (W, N).
+        wall_hits: Robots that touched a wall, shape (W, N).
         num_contacts: Pairs that touched, shape (W,).
         decisions: Decisions of a filter for robots under way, shape (W, N).
         interventions: Those that changed the action, shape (W, N).
@@ -32,6 +35,9 @@ class Metrics:
     """
 
     min_clearance: FloatArray
+    min_wall_clearance: FloatArray
+    robot_hits: BoolArray
+    wall_hits: BoolArray
     num_contacts: IntArray
     decisions: IntArray
     interventions: IntArray
@@ -44,6 +50,9 @@ class Metrics:
         shape = (num_worlds, num_robots)
         return cls(
             min_clearance=np.full(shape, np.inf),
+            min_wall_clearance=np.full(shape, np.inf),
+            robot_hits=np.zeros(shape, dtype=np.bool_),
+            wall_hits=np.zeros(shape, dtype=np.bool_),
             num_contacts=np.zeros(num_worlds, dtype=np.int64),
             decisions=np.zeros(shape, dtype=np.int64),
             interventions=np.zeros(shape, dtype=np.int64),
@@ -54,6 +63,9 @@ class Metrics:
     def record(self, outcome: Outcome) -> None:
         """Count what a step did."""
         np.minimum(self.min_clearance, outcome.clearance, out=self.min_clearance)
+        np.minimum(self.min_wall_clearance, outcome.wall_clearance, out=self.min_wall_clearance)
+        self.robot_hits[...] |= outcome.hit_robot
+        self.wall_hits[...] |= outcome.hit_wall
         self.num_contacts[...] += outcome.num_contacts
 
     def record_decision(self, decision: Decision, under_way: BoolArray) -> None:
@@ -83,8 +95,11 @@ class Summary:
         num_robots: Robots counted, W N.
         success_rate: Share that arrived and never collided.
         num_collided: Robots that collided.
+        num_robot_hits: Those that touched another robot; so may have been hit after a wall stopped them.
+        num_wall_hits: Robots that touched a wall.
         num_contacts: Pairs that touched.
         min_clearance: Least clearance of any two, in m; inf where nobody met.
+        min_wall_clearance: Least clearance of any robot and wall, in m; inf without walls.
         mean_time: Mean time of the successful robots, in s; NaN if there is none.
         intervention_rate: Share of decisions that changed the action; NaN without a filter.
         case_rates: Shares of the cases 1, 2 and 3; NaN without a filter.
@@ -94,8 +109,11 @@ class Summary:
     num_robots: int
     success_rate: float
     num_collided: int
+    num_robot_hits: int
+    num_wall_hits: int
     num_contacts: int
     min_clearance: float
+    min_wall_clearance: float
     mean_time: float
     intervention_rate: float
     case_rates: tuple[float, float, float]
@@ -111,8 +129,11 @@ def summarise(metrics: Metrics, world: World) -> Summary:
         num_robots=success.size,
         success_rate=float(success.mean()),
         num_collided=int(world.collided.sum()),
+        num_robot_hits=int(metrics.robot_hits.sum()),
+        num_wall_hits=int(metrics.wall_hits.sum()),
         num_contacts=int(metrics.num_contacts.sum()),
         min_clearance=float(metrics.min_clearance.min()),
+        min_wall_clearance=float(metrics.min_wall_clearance.min()),
         mean_time=float(world.arrival_time[success].mean()) if success.any() else float("nan"),
         intervention_rate=_share(int(metrics.interventions.sum()), decisions),
         case_rates=(

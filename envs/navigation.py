@@ -8,15 +8,23 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from envs.collision import CONTACT_TOLERANCE, Contacts, find_contacts
-from envs.dynamics import executable_velocity
+from envs.collision import CONTACT_TOLERANCE, Bodies, Contacts, find_contacts
+from envs.dynamics import (
+    Movement,
+    arc_movement,
+    executable_command,
+    executable_velocity,
+    straight_movement,
+)
 from envs.fleet import Fleet
+from envs.lidar import cast_beams
 from envs.outcome import Outcome
 from envs.rules import AfterArrival, Rules
 from envs.scenarios import Scenario
 from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray, finite_array
 from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.lidar import Lidar
 from safefilter.scene import Scene
 
 
@@ -61,6 +69,7 @@ class Navigation:
                 f"the fleet has {self.fleet.num_robots}"
             )
         self.world = World.empty(num_worlds, self.fleet)
+        self._walls = np.ascontiguousarray(scenario.walls)
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
 
     def reset(self, seed: int | None = None, *, worlds: npt.ArrayLike = True) -> None:
@@ -74,7 +83,7 @@ class Navigation:
             worlds: Which worlds: True for all, or bools of shape (W,).
 
         Raises:
-            InvalidInput: If the scenario places two robots into each other.
+            InvalidInput: If the scenario places two robots into each other, or one into a wall.
         """
         for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))):
             if seed is not None:
@@ -85,11 +94,11 @@ class Navigation:
     def step(self, actions: npt.ArrayLike) -> Outcome:
         """Move all robots for one step.
 
-        Robots that have collided stand still whatever they are told, and so do parked ones. Actions faster than
-        the robot are executed at full speed in the same direction.
+        Robots that have collided stand still whatever they are told, and so do parked ones. Velocities faster than
+        a holonomic robot are executed at full speed in the same direction, commands beyond a drive's limits at them.
 
         Args:
-            actions: Velocities, shape (W, N, 2), in m/s.
+            actions: Velocities in m/s or commands (v, w) in m/s and rad/s, shape (W, N, 2).
 
         Raises:
             ShapeError: If the shape is another.
@@ -97,20 +106,21 @@ class Navigation:
         """
         world, dt = self.world, self.rules.dt
         commands = finite_array(actions, "actions", world.position.shape)
-        velocity = executable_velocity(commands, world.v_max)
-        velocity[~self._can_move()] = 0.0
-        displacement = velocity * dt
-        contacts = find_contacts(
-            world.position, displacement, world.radius, world.present, world.collided
-        )
-        world.position[...] += contacts.fraction[..., np.newaxis] * displacement
-        world.velocity[...] = velocity
+        commands[~self._can_move()] = 0.0
+        movement = self._movement(commands)
+        contacts = find_contacts(world.position, movement, self._bodies())
+        world.position[...] += movement.after(contacts.fraction)
+        world.heading[...] = _wrapped(world.heading + contacts.fraction * movement.turn)
+        world.velocity[...] = movement.mean_velocity(dt)
         world.step_count[...] += 1
         collided = self._stop_collided(contacts)
         arrived = self._mark_arrivals()
         return Outcome(
             clearance=contacts.clearance,
+            wall_clearance=contacts.wall_clearance,
             collided=collided,
+            hit_robot=contacts.touched,
+            hit_wall=contacts.hit_wall,
             arrived=arrived,
             num_contacts=contacts.num_pairs,
             over=np.logical_not(world.active.any(axis=1)),
@@ -121,38 +131,38 @@ class Navigation:
         """What policies want: their actions for robots under way, to stand still for all others.
 
         Args:
-            actions: Shape (W, N, 2), in m/s.
+            actions: Shape (W, N, 2).
 
         Returns:
-            Shape (W, N, 2), in m/s.
+            Shape (W, N, 2).
         """
         return np.where(self.world.active[..., np.newaxis], actions, 0.0)
 
-    def scenes(self, wanted: FloatArray | None = None) -> Scene:
+    def scenes(self, actions: FloatArray | None = None) -> Scene:
         """All worlds as one scene of W N robots: row w N + i is robot i of world w.
 
         A vanished robot keeps its row, in a world of its own where nobody meets it.
 
         Args:
-            wanted: Wanted velocities, shape (W, N, 2), in m/s, for filters that share them.
+            actions: What all want to do, shape (W, N, 2), for filters that share it.
         """
         world = self.world
         numbers = np.repeat(np.arange(world.num_worlds), world.num_robots)
         gone = np.flatnonzero(~world.present.ravel())
         numbers[gone] = world.num_worlds + gone
-        return self._scene(slice(None), numbers, wanted)
+        return self._scene(slice(None), numbers, actions)
 
-    def scene(self, world: int = 0, wanted: FloatArray | None = None) -> Scene:
+    def scene(self, world: int = 0, actions: FloatArray | None = None) -> Scene:
         """One world as a scene of N robots.
 
         Args:
             world: Number of the world.
-            wanted: Wanted velocities, shape (W, N, 2), in m/s, for filters that share them.
+            actions: What all want to do, shape (W, N, 2), for filters that share it.
         """
         numbers = np.zeros(self.world.num_robots, dtype=np.int64)
         gone = np.flatnonzero(~self.world.present[world])
         numbers[gone] = 1 + gone
-        return self._scene(slice(world, world + 1), numbers, wanted)
+        return self._scene(slice(world, world + 1), numbers, actions)
 
     @property
     def time(self) -> FloatArray:
@@ -160,19 +170,42 @@ class Navigation:
         return self.world.step_count.astype(np.float64) * self.rules.dt
 
     def _scene(
-        self, worlds: slice, numbers: npt.NDArray[np.int64], wanted: FloatArray | None
+        self, worlds: slice, numbers: npt.NDArray[np.int64], actions: FloatArray | None
     ) -> Scene:
         world = self.world
+        has_map = self.rules.num_beams == 0
+        wanted = None
+        if actions is not None:
+            wanted = self._movement(actions).mean_velocity(self.rules.dt)[worlds].reshape(-1, 2)
         return Scene.from_world(
             position=world.position[worlds].reshape(-1, 2),
             velocity=world.velocity[worlds].reshape(-1, 2),
             radius=world.radius[worlds].ravel(),
             priority=world.priority[worlds].ravel(),
             cooperative=world.cooperative[worlds].ravel(),
-            wanted=None if wanted is None else wanted[worlds].reshape(-1, 2),
+            wanted=wanted,
             world=numbers,
             reach=self.rules.sensing_range,
+            heading=world.heading[worlds].ravel(),
+            walls=self._walls if has_map and len(self._walls) else None,
+            lidar=None if has_map else self._scan(worlds),
         )
+
+    def _scan(self, worlds: slice) -> Lidar:
+        world, rules = self.world, self.rules
+        ranges = cast_beams(world, self._walls, rules.num_beams, rules.lidar_range)
+        return Lidar.scan(ranges[worlds].reshape(-1, rules.num_beams))
+
+    def _movement(self, actions: FloatArray) -> Movement:
+        world, dt = self.world, self.rules.dt
+        if not world.is_differential:
+            return straight_movement(executable_velocity(actions, world.v_max), dt)
+        commands = executable_command(actions, world.v_max, world.omega_max)
+        return arc_movement(commands, world.heading, dt)
+
+    def _bodies(self) -> Bodies:
+        world = self.world
+        return Bodies(world.radius, world.present, world.collided, self._walls)
 
     def _place(self, w: int) -> None:
         world = self.world
@@ -180,6 +213,9 @@ class Navigation:
         world.position[w] = placement.start
         world.goal[w] = placement.goal
         world.velocity[w] = 0.0
+        if world.is_differential:
+            ahead = placement.goal - placement.start
+            world.heading[w] = np.arctan2(ahead[:, 1], ahead[:, 0])
         world.cooperative[w] = self.fleet.cooperative
         world.present[w] = True
         world.arrived[w] = False
@@ -188,20 +224,19 @@ class Navigation:
         world.step_count[w] = 0
 
     def _require_apart(self) -> None:
-        world = self.world
-        clearance = find_contacts(
-            world.position,
-            np.zeros_like(world.position),
-            world.radius,
-            world.present,
-            world.collided,
-        ).clearance
-        if (clearance < -CONTACT_TOLERANCE).any():
-            w, i = np.argwhere(clearance < -CONTACT_TOLERANCE)[0]
-            raise InvalidInput(
-                f"robot {i} of world {w} starts {-clearance[w, i]:.3g} m inside another; "
-                "make the scenario larger or its jitter smaller"
-            )
+        position = self.world.position
+        at_rest = straight_movement(np.zeros_like(position), self.rules.dt)
+        contacts = find_contacts(position, at_rest, self._bodies())
+        for clearance, what in (
+            (contacts.clearance, "another"),
+            (contacts.wall_clearance, "a wall"),
+        ):
+            if (clearance < -CONTACT_TOLERANCE).any():
+                w, i = np.argwhere(clearance < -CONTACT_TOLERANCE)[0]
+                raise InvalidInput(
+                    f"robot {i} of world {w} starts {-clearance[w, i]:.3g} m inside {what}; "
+                    "make the scenario larger or its jitter smaller"
+                )
 
     def _can_move(self) -> BoolArray:
         world = self.world
@@ -211,7 +246,7 @@ class Navigation:
 
     def _stop_collided(self, contacts: Contacts) -> BoolArray:
         world = self.world
-        collided = contacts.touched & ~world.collided
+        collided = (contacts.touched | contacts.hit_wall) & ~world.collided
         world.collided[collided] = True
         world.cooperative[collided] = False
         world.velocity[collided] = 0.0
@@ -230,3 +265,8 @@ class Navigation:
         if self.rules.after_arrival is AfterArrival.VANISH:
             world.present[arrived] = False
         return arrived
+
+
+def _wrapped(angle: FloatArray) -> FloatArray:
+    """The same angles within half a turn of 0; those already there stay bit for bit."""
+    return np.where(np.abs(angle) > np.pi, np.arctan2(np.sin(angle), np.cos(angle)), angle)

@@ -1,7 +1,7 @@
 """Observation: what a robot knows, as numbers in [-1, 1].
 
-Axes are parallel to the world's (a holonomic robot has no heading), the origin is the robot. Neighbours' goals and
-wanted velocities are hidden, as in section II of Qin et al.
+Axes are those of the robot: parallel to the world's for holonomic robots, along the heading for differential drives;
+the origin is the robot. Neighbours' goals and wanted velocities are hidden, as in section II of Qin et al.
 
 Letters: W worlds, N robots a world, k neighbours, F = 7 + 8 k numbers.
 """
@@ -55,6 +55,7 @@ def observe(world: World, num_neighbours: int, sensing_range: float) -> npt.NDAr
             last,
             world.position,
             world.velocity,
+            world.heading,
             world.radius,
             world.v_max,
             world.priority,
@@ -77,7 +78,8 @@ def _own_block(world: World) -> FloatArray:
         out=np.zeros_like(offset),
         where=distance[..., np.newaxis] > 0.0,
     )
-    velocity = world.velocity / world.v_max[..., np.newaxis]
+    direction = _turned(direction, world.heading)
+    velocity = _turned(world.velocity / world.v_max[..., np.newaxis], world.heading)
     return np.stack(
         [
             direction[..., 0],
@@ -90,6 +92,13 @@ def _own_block(world: World) -> FloatArray:
         ],
         axis=-1,
     )
+
+
+def _turned(vector: FloatArray, heading: FloatArray) -> FloatArray:
+    """Vectors of world axes in the axes of robots, shape (W, N, 2)."""
+    cosine, sine = np.cos(heading), np.sin(heading)
+    x, y = vector[..., 0], vector[..., 1]
+    return np.stack([cosine * x + sine * y, cosine * y - sine * x], axis=-1)
 
 
 @formula
@@ -120,6 +129,7 @@ def _write_neighbours(  # noqa: PLR0917  # a kernel takes arrays, not records
     last_world: int,
     position: FloatArray,
     velocity: FloatArray,
+    heading: FloatArray,
     radius: FloatArray,
     v_max: FloatArray,
     priority: FloatArray,
@@ -134,6 +144,7 @@ def _write_neighbours(  # noqa: PLR0917  # a kernel takes arrays, not records
     for w in range(first_world, last_world):
         for i in range(num_robots):
             found = 0
+            cosine, sine = math.cos(heading[w, i]), math.sin(heading[w, i])
             for j in range(num_robots):
                 if j == i or not present[w, j] or not present[w, i]:
                     continue
@@ -149,10 +160,14 @@ def _write_neighbours(  # noqa: PLR0917  # a kernel takes arrays, not records
                 speeds = v_max[w, i] + v_max[w, j]
                 block[0] = 1.0
                 if distance[k] > 0.0:
-                    block[1] = (position[w, j, 0] - position[w, i, 0]) / distance[k]
-                    block[2] = (position[w, j, 1] - position[w, i, 1]) / distance[k]
+                    x = (position[w, j, 0] - position[w, i, 0]) / distance[k]
+                    y = (position[w, j, 1] - position[w, i, 1]) / distance[k]
+                    block[1] = cosine * x + sine * y
+                    block[2] = cosine * y - sine * x
                 block[3] = math.exp(-FAR_DECAY * gap)
                 block[4] = math.exp(-NEAR_DECAY * gap)
-                block[5] = (velocity[w, j, 0] - velocity[w, i, 0]) / speeds
-                block[6] = (velocity[w, j, 1] - velocity[w, i, 1]) / speeds
+                x = (velocity[w, j, 0] - velocity[w, i, 0]) / speeds
+                y = (velocity[w, j, 1] - velocity[w, i, 1]) / speeds
+                block[5] = cosine * x + sine * y
+                block[6] = cosine * y - sine * x
                 block[7] = priority[w, j] / (priority[w, i] + priority[w, j])

@@ -16,7 +16,10 @@ class Outcome:
 
     Attributes:
         clearance: Least free distance of each robot to any other during the step, shape (W, N), in m.
+        wall_clearance: Least free distance of each robot to any wall during the step, shape (W, N), in m.
         collided: Shape (W, N): collided in this step.
+        hit_robot: Shape (W, N): touched another robot in this step, or was touched after it had collided.
+        hit_wall: Shape (W, N): touched a wall in this step.
         arrived: Shape (W, N): arrived in this step.
         num_contacts: Number of pairs that touched in this step, shape (W,).
         over: Shape (W,): nobody is under way any more.
@@ -24,7 +27,10 @@ class Outcome:
     """
 
     clearance: FloatArray
+    wall_clearance: FloatArray
     collided: BoolArray
+    hit_robot: BoolArray
+    hit_wall: BoolArray
     arrived: BoolArray
     num_contacts: IntArray
     over: BoolArray

@@ -6,11 +6,15 @@ Letters: T moments (the start, and the end of each step), N robots. SI units.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
+from envs.collision import NO_WALLS
 from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray, frozen
+
+_Moment: TypeAlias = tuple[float, FloatArray, FloatArray, BoolArray, BoolArray, BoolArray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,22 +24,28 @@ class Recording:
     Attributes:
         time: Shape (T,), in s.
         position: Shape (T, N, 2), in m.
+        heading: Shape (T, N), in rad; only if robots have one.
         arrived: Shape (T, N).
         collided: Shape (T, N).
         present: Shape (T, N).
         goal: Shape (N, 2), in m.
         radius: Shape (N,), in m.
         priority: Shape (N,).
+        walls: Shape (S, 2, 2), in m.
+        has_heading: Do robots face a direction?
     """
 
     time: FloatArray
     position: FloatArray
+    heading: FloatArray
     arrived: BoolArray
     collided: BoolArray
     present: BoolArray
     goal: FloatArray
     radius: FloatArray
     priority: FloatArray
+    walls: FloatArray
+    has_heading: bool
 
     @property
     def num_moments(self) -> int:
@@ -51,18 +61,22 @@ class Recording:
 class Recorder:
     """Collects the moments of one world."""
 
-    def __init__(self, world: World, number: int, dt: float) -> None:
+    def __init__(
+        self, world: World, number: int, dt: float, *, walls: FloatArray = NO_WALLS
+    ) -> None:
         """Record the moment of the start.
 
         Args:
             world: State, watched from now on.
             number: Which world of it.
             dt: Duration of a step, in s.
+            walls: Shape (S, 2, 2), in m.
         """
         self._world = world
         self._number = number
         self._dt = dt
-        self._moments: list[tuple[float, FloatArray, BoolArray, BoolArray, BoolArray]] = []
+        self._walls = walls.copy()
+        self._moments: list[_Moment] = []
         self.record()
 
     def record(self) -> None:
@@ -71,6 +85,7 @@ class Recorder:
         self._moments.append((
             float(world.step_count[w]) * self._dt,
             world.position[w].copy(),
+            world.heading[w].copy(),
             world.arrived[w].copy(),
             world.collided[w].copy(),
             world.present[w].copy(),
@@ -78,15 +93,18 @@ class Recorder:
 
     def recording(self) -> Recording:
         """All moments so far."""
-        time, position, arrived, collided, present = zip(*self._moments, strict=True)
+        time, position, heading, arrived, collided, present = zip(*self._moments, strict=True)
         world, w = self._world, self._number
         return Recording(
             time=frozen(np.array(time)),
             position=frozen(np.array(position)),
+            heading=frozen(np.array(heading)),
             arrived=frozen(np.array(arrived)),
             collided=frozen(np.array(collided)),
             present=frozen(np.array(present)),
             goal=frozen(world.goal[w].copy()),
             radius=frozen(world.radius[w].copy()),
             priority=frozen(world.priority[w].copy()),
+            walls=frozen(self._walls.copy()),
+            has_heading=world.is_differential,
         )

@@ -1,6 +1,6 @@
 """Pictures of a recording: one moment from above, or several side by side.
 
-Letters: T moments, N robots. m in the world, px in pictures; x points east (right), y north (up).
+Letters: T moments, N robots, S walls. m in the world, px in pictures; x points east (right), y north (up).
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ Colour: TypeAlias = tuple[int, int, int]
 PAPER: Colour = (255, 255, 255)
 INK: Colour = (35, 39, 47)
 FAINT: Colour = (226, 229, 234)
+WALL: Colour = (90, 96, 106)
 ALARM: Colour = (214, 30, 30)
 # From low to high priority; told apart by lightness too, so that colour-blind readers see the order.
 PRIORITY_COLOURS: tuple[Colour, ...] = (
@@ -68,7 +69,9 @@ class Canvas:
 
 
 def draw_moment(recording: Recording, moment: int, canvas: Canvas, title: str = "") -> Image.Image:
-    """Draw one moment: goals as rings, trails, robots coloured by priority, a red cross on those that collided.
+    """Draw one moment: walls, goals as rings, trails, robots coloured by priority, a red cross on those that collided.
+
+    Robots that face a direction have a line from the centre to the rim.
 
     Args:
         recording: Episode.
@@ -84,6 +87,7 @@ def draw_moment(recording: Recording, moment: int, canvas: Canvas, title: str = 
     draw = ImageDraw.Draw(picture)
     colours = priority_colours(recording.priority)
     _draw_grid(draw, canvas)
+    _draw_walls(draw, canvas, recording.walls)
     _draw_goals(draw, canvas, recording, colours)
     _draw_trails(draw, canvas, recording, moment, colours)
     _draw_robots(draw, canvas, recording, moment, colours)
@@ -141,6 +145,16 @@ def _draw_grid(draw: ImageDraw.ImageDraw, canvas: Canvas) -> None:
         draw.line(canvas.pixels(ends[:, ::-1]), FAINT, SUPERSAMPLING)
 
 
+def _draw_walls(draw: ImageDraw.ImageDraw, canvas: Canvas, walls: FloatArray) -> None:
+    width = 3 * SUPERSAMPLING
+    for wall in walls:
+        ends = canvas.pixels(wall)
+        draw.line(ends, WALL, width)
+        # Round ends close the corners.
+        for end in ends:
+            draw.circle(end, 0.5 * width, WALL)
+
+
 def _draw_goals(
     draw: ImageDraw.ImageDraw, canvas: Canvas, recording: Recording, colours: Sequence[Colour]
 ) -> None:
@@ -179,6 +193,15 @@ def _draw_robots(
             _draw_wreck(draw, places[robot], radius, colours[robot])
         else:
             draw.circle(places[robot], radius, colours[robot], INK, SUPERSAMPLING)
+        if recording.has_heading:
+            x, y = places[robot]
+            heading = recording.heading[moment, robot]
+            nose = x + radius * math.cos(heading), y - radius * math.sin(heading)
+            draw.line([(x, y), nose], _contrast(colours[robot]), 2 * SUPERSAMPLING)
+
+
+def _contrast(colour: Colour) -> Colour:
+    return PAPER if sum(colour) < 384 else INK
 
 
 def _draw_wreck(

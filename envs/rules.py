@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from safefilter.arrays import positive_number
-from safefilter.errors import InvalidInput
+from safefilter.errors import InvalidInput, OutOfRange
 
 
 class AfterArrival(Enum):
@@ -35,6 +35,8 @@ class Rules:
         time_limit: An episode ends after this time, in s.
         sensing_range: Distance of centres up to which robots see each other, in m.
         after_arrival: What becomes of robots that have arrived.
+        num_beams: Beams of each robot's lidar, from which alone it knows walls; 0: all robots have the map.
+        lidar_range: Distance up to which beams come back, in m.
     """
 
     dt: float = 0.2
@@ -42,17 +44,21 @@ class Rules:
     time_limit: float = 80.0
     sensing_range: float = 3.0
     after_arrival: AfterArrival = AfterArrival.YIELD
+    num_beams: int = 0
+    lidar_range: float = 3.5
 
     def __post_init__(self) -> None:
         """Check the values.
 
         Raises:
             NotFinite: If a number is NaN or infinite.
-            OutOfRange: If a number is not above zero.
+            OutOfRange: If a number is not above zero, or the number of beams below it.
             InvalidInput: If ``after_arrival`` is not one of its values.
         """
-        for field in ("dt", "goal_radius", "time_limit", "sensing_range"):
+        for field in ("dt", "goal_radius", "time_limit", "sensing_range", "lidar_range"):
             positive_number(getattr(self, field), field)
+        if self.num_beams < 0:
+            raise OutOfRange(f"num_beams: expected 0 or more, got {self.num_beams}")
         if not isinstance(self.after_arrival, AfterArrival):
             raise InvalidInput(
                 f"after_arrival: expected one of {list(AfterArrival)}, got {self.after_arrival!r}"

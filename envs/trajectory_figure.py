@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection
+from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.figure import Figure
 
 from envs.recording import Recording
@@ -50,6 +50,7 @@ def write_trajectories(path: Path, recordings: Sequence[tuple[str, Recording]]) 
 def _draw(ax: Axes, recording: Recording) -> None:
     step = recording.time[1] - recording.time[0] if recording.num_moments > 1 else 1.0
     every = max(1, round(MARK_EVERY / step))
+    ax.add_collection(LineCollection(list(recording.walls), colors="0.35", linewidths=2.0))
     for robot in range(recording.num_robots):
         colour = COLOURS[robot % len(COLOURS)]
         way = recording.position[recording.present[:, robot], robot]

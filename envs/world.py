@@ -5,11 +5,13 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from copy import deepcopy
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 
@@ -20,24 +22,29 @@ class World:
 
     Attributes:
         position: Centres, shape (W, N, 2), in m.
-        velocity: Velocities of the last step, as everyone observes them, shape (W, N, 2), in m/s.
+        velocity: Mean velocities of the last step, as everyone observes them, shape (W, N, 2), in m/s.
+        heading: Directions that differential drives face, shape (W, N), in rad; holonomic robots have none: 0.
         goal: Shape (W, N, 2), in m.
         radius: Shape (W, N), in m.
         v_max: Greatest speeds, shape (W, N), in m/s.
+        omega_max: Greatest turn rates of differential drives, shape (W, N), in rad/s.
         priority: Shape (W, N).
         cooperative: Shape (W, N): runs a filter and can act on it.
         present: Shape (W, N): has a body.
         arrived: Shape (W, N): has reached its goal.
-        collided: Shape (W, N): has touched another robot, and stands still since.
+        collided: Shape (W, N): has touched another robot or a wall, and stands still since.
         arrival_time: Shape (W, N), in s; NaN for robots that have not arrived.
         step_count: Steps since the reset, shape (W,).
+        kinematics: How robots move.
     """
 
     position: FloatArray
     velocity: FloatArray
+    heading: FloatArray
     goal: FloatArray
     radius: FloatArray
     v_max: FloatArray
+    omega_max: FloatArray
     priority: FloatArray
     cooperative: BoolArray
     present: BoolArray
@@ -45,6 +52,7 @@ class World:
     collided: BoolArray
     arrival_time: FloatArray
     step_count: IntArray
+    kinematics: Kinematics
 
     @classmethod
     def empty(cls, num_worlds: int, fleet: Fleet) -> Self:
@@ -53,9 +61,11 @@ class World:
         return cls(
             position=np.zeros((*shape, 2)),
             velocity=np.zeros((*shape, 2)),
+            heading=np.zeros(shape),
             goal=np.zeros((*shape, 2)),
             radius=np.array(np.broadcast_to(fleet.radius, shape)),
             v_max=np.array(np.broadcast_to(fleet.v_max, shape)),
+            omega_max=np.array(np.broadcast_to(fleet.omega_max, shape)),
             priority=np.array(np.broadcast_to(fleet.priority, shape)),
             cooperative=np.array(np.broadcast_to(fleet.cooperative, shape)),
             present=np.zeros(shape, dtype=np.bool_),
@@ -63,11 +73,12 @@ class World:
             collided=np.zeros(shape, dtype=np.bool_),
             arrival_time=np.full(shape, np.nan),
             step_count=np.zeros(num_worlds, dtype=np.int64),
+            kinematics=fleet.kinematics,
         )
 
     def snapshot(self) -> Self:
         """Copy of this moment, which later steps do not change."""
-        return type(self)(*(getattr(self, field.name).copy() for field in fields(self)))
+        return deepcopy(self)
 
     @property
     def num_worlds(self) -> int:
@@ -78,6 +89,11 @@ class World:
     def num_robots(self) -> int:
         """Number of robots N in each world."""
         return int(self.position.shape[1])
+
+    @property
+    def is_differential(self) -> bool:
+        """Are actions commands (v, w)? Velocities in world axes otherwise."""
+        return self.kinematics == "differential"
 
     @property
     def active(self) -> BoolArray:

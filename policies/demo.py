@@ -1,4 +1,4 @@
-"""The demo: policies that know nothing of safety cross an intersection, with the filter off and on.
+"""The demo: differential drives cross an intersection between walls by unsafe policies, filter off and on.
 
 Run it as ``python -m policies.demo``; it prints tables and leaves pictures in ``out/demo/``.
 """
@@ -14,15 +14,23 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, track
 
-from envs import Crossroad
 from envs.animation import write_gif
 from envs.recording import Recording
 from envs.rendering import Canvas, side_by_side
 from envs.trajectory_figure import write_trajectories
+from policies.demo_cases import CasePictures
 from policies.demo_tables import decision_table, outcome_table, priority_table
-from policies.demo_trials import Trial, all_trials, make_filter, run_trial
+from policies.demo_trials import (
+    SCENARIO,
+    TIME_HORIZON,
+    Trial,
+    all_trials,
+    make_filter,
+    run_trial,
+)
 from policies.rollout import Rollout
 from policies.straight_to_goal import StraightToGoal
+from safefilter.safety_filter import SafetyFilter
 
 PICTURED = (StraightToGoal.name, "mixed")
 WINDOW = 400  # px
@@ -43,7 +51,7 @@ class Settings:
     out: Path = Path("out/demo")
     seed: int = 0
     steps: int = 400
-    worlds: int = 16
+    worlds: int = 12
     quick: bool = False
 
 
@@ -58,17 +66,21 @@ def main(settings: Settings, console: Console) -> None:
         settings = replace(settings, steps=min(settings.steps, 150), worlds=1)
     started = perf_counter()
     settings.out.mkdir(parents=True, exist_ok=True)
-    results = _run_all(settings, console)
+    safety_filter, cases = make_filter(), CasePictures()
+    results = _run_all(settings, safety_filter, cases, console)
     console.print(outcome_table(results, settings.steps))
     console.print(decision_table(results))
     console.print(priority_table(results))
-    for path in _write_pictures(results, settings, console):
+    picture = settings.out / "cases.png"
+    cases.write(picture, safety_filter, TIME_HORIZON)
+    for path in (picture, *_write_pictures(results, settings, console)):
         console.print(f"wrote {path} ({path.stat().st_size / 1e6:.1f} MB)", highlight=False)
     console.print(f"took {perf_counter() - started:.0f} s", highlight=False)
 
 
-def _run_all(settings: Settings, console: Console) -> dict[Trial, Rollout]:
-    safety_filter = make_filter()
+def _run_all(
+    settings: Settings, safety_filter: SafetyFilter, cases: CasePictures, console: Console
+) -> dict[Trial, Rollout]:
     trials = list(all_trials())
     console.print("compiling the kernels (half a minute once; they are kept on disk) ...")
     first_filtered = next(trial for trial in trials if trial.is_filtered)
@@ -90,6 +102,7 @@ def _run_all(settings: Settings, console: Console) -> dict[Trial, Rollout]:
                 seed=settings.seed,
                 max_steps=settings.steps,
                 num_worlds=settings.worlds,
+                watch=cases.watch if _is_pictured(trial) else lambda *_: None,
             )
             progress.advance(task)
     return results
@@ -101,13 +114,13 @@ def _write_pictures(
     pair = [
         (f"{trial.policy.name}, filter {trial.filtering}", result.recording)
         for trial, result in results.items()
-        if (trial.policy.name, trial.priorities) == PICTURED
+        if _is_pictured(trial)
     ]
     figure = settings.out / "trajectories.png"
     write_trajectories(figure, pair)
     yield figure
-    canvas = Canvas(WINDOW, Crossroad().half_extent)
-    every = 5 if settings.quick else 2
+    canvas = Canvas(WINDOW, SCENARIO.half_extent)
+    every = 6 if settings.quick else 3
     last = max(_last_change(recording) for _, recording in pair)
     moments = [*range(0, last, every), last]
     frames = [
@@ -115,8 +128,12 @@ def _write_pictures(
         for moment in track(moments, "drawing the animation", console=console)
     ]
     animation = settings.out / "crossroad.gif"
-    write_gif(animation, frames, frame_time=0.06)
+    write_gif(animation, frames, frame_time=0.09)
     yield animation
+
+
+def _is_pictured(trial: Trial) -> bool:
+    return (trial.policy.name, trial.priorities) == PICTURED
 
 
 def _last_change(recording: Recording) -> int:

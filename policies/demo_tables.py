@@ -24,19 +24,27 @@ def outcome_table(results: dict[Trial, Rollout], max_steps: int) -> Table:
     num_robots = next(iter(results.values())).summary.num_robots
     table = _empty_table(
         f"What happened to {num_robots} robots within {max_steps * RULES.dt:.0f} s",
-        "clearance: least free distance inside any step; negative: discs would overlap",
-        ("policy", "priority", "filter"),
-        ("collided\n(pairs)", "clearance\n(mm)", "success\n(%)", "time to\ngoal (s)"),
+        "gap: least free distance inside any step, in mm; negative: overlap",
+        ("policy", "prior-\nities", "filter"),
+        (
+            "hit\nrobots",
+            "hit\nwalls",
+            "gap to\nrobots",
+            "gap to\nwalls",
+            "success\n(%)",
+            "time\n(s)",
+        ),
     )
     for trial, result in results.items():
         summary = result.summary
-        colour = "red" if summary.num_collided else "green"
         table.add_row(
             trial.policy.name,
             trial.priorities,
             trial.filtering,
-            f"[bold {colour}]{summary.num_collided} ({summary.num_contacts})[/]",
-            f"{1000.0 * summary.min_clearance:.3f}",
+            _hits(summary.num_robot_hits),
+            _hits(summary.num_wall_hits),
+            _millimetres(summary.min_clearance),
+            _millimetres(summary.min_wall_clearance),
             f"{100.0 * summary.success_rate:.1f}",
             _number(summary.mean_time, ".1f"),
             end_section=(trial.priorities, trial.filtering) == ("mixed", "on"),
@@ -108,6 +116,15 @@ def _empty_table(
     for header in numbers:
         table.add_column(header, justify="right", no_wrap=True)
     return table
+
+
+def _millimetres(gap: float) -> str:
+    """A tenth of a millimetre, and more where that shows nothing."""
+    return f"{1000.0 * gap:.{3 if abs(gap) < 1e-3 else 1}f}"
+
+
+def _hits(number: int) -> str:
+    return f"[bold {'red' if number else 'green'}]{number}[/]"
 
 
 def _mean(times: FloatArray) -> float:

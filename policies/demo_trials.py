@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from envs import Crossroad, Fleet, Navigation, Rules
-from envs.fleet import MAX_SPEED
+from envs.fleet import MAX_SPEED, MAX_TURN_RATE
 from policies.policy import Policy
 from policies.ramming import Ramming
 from policies.rollout import Rollout, roll_out
 from policies.straight_to_goal import StraightToGoal
 from policies.uniform_random import UniformRandom
-from safefilter import Holonomic, PriorityORCA, SafetyFilter, Separation
+from safefilter import DifferentialDrive, PriorityORCA, SafetyFilter, Separation, StaticObstacles
+from safefilter.arrays import FloatArray
+from safefilter.decision import Decision
+from safefilter.scene import Scene
 
 POLICIES: tuple[Policy, ...] = (StraightToGoal(), UniformRandom(), Ramming())
 # Two robots an arm, one of them more important; left and right in turn.
 PRIORITIES = {"equal": (1.0,) * 8, "mixed": (1.0, 8.0, 2.0, 4.0, 8.0, 1.0, 4.0, 2.0)}
 FILTERS = ("off", "on")
 RULES = Rules()
+SCENARIO = Crossroad(is_walled=True)
+TIME_HORIZON = 2.0  # s
+WALL_HORIZON = 1.0  # s
+TRACKING_ERROR = 0.05  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +59,23 @@ def all_trials() -> Iterator[Trial]:
 def make_filter() -> SafetyFilter:
     """The filter of all trials."""
     return SafetyFilter(
-        [PriorityORCA(time_horizon=2.0), Separation(dt=RULES.dt)], Holonomic(v_max=MAX_SPEED)
+        [
+            PriorityORCA(time_horizon=TIME_HORIZON),
+            Separation(dt=RULES.dt),
+            StaticObstacles(time_horizon=WALL_HORIZON),
+        ],
+        DifferentialDrive(MAX_SPEED, MAX_TURN_RATE, RULES.dt, tracking_error=TRACKING_ERROR),
     )
 
 
 def run_trial(
-    trial: Trial, safety_filter: SafetyFilter, *, seed: int, max_steps: int, num_worlds: int
+    trial: Trial,
+    safety_filter: SafetyFilter,
+    *,
+    seed: int,
+    max_steps: int,
+    num_worlds: int,
+    watch: Callable[[Scene, FloatArray, Decision], None] = lambda *_: None,
 ) -> Rollout:
     """Drive one trial.
 
@@ -67,17 +85,19 @@ def run_trial(
         seed: Seed of starts and policies.
         max_steps: Steps at most.
         num_worlds: Worlds driven at once.
+        watch: Told of every decision, see `roll_out`.
     """
-    scenario = Crossroad()
     fleet = Fleet.of(
-        scenario.num_robots,
+        SCENARIO.num_robots,
         priority=PRIORITIES[trial.priorities],
         cooperative=trial.is_filtered,
+        kinematics="differential",
     )
     return roll_out(
-        Navigation(scenario, fleet, RULES, num_worlds=num_worlds),
+        Navigation(SCENARIO, fleet, RULES, num_worlds=num_worlds),
         trial.policy,
         safety_filter if trial.is_filtered else None,
         seed=seed,
         max_steps=max_steps,
+        watch=watch,
     )

@@ -1,4 +1,4 @@
-"""What a policy is: from the state of many worlds to velocities for all robots."""
+"""What a policy is: from the state of many worlds to actions for all robots."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from safefilter.arrays import FloatArray
 
 
 class Policy(Protocol):
-    """Proposes velocities; whether they are safe is not its concern."""
+    """Proposes actions; whether they are safe is not its concern."""
 
     @property
     def name(self) -> str:
@@ -19,13 +19,13 @@ class Policy(Protocol):
         ...
 
     def act(self, world: World, rng: np.random.Generator, /) -> FloatArray:
-        """Propose a velocity for every robot of every world.
+        """Propose an action for every robot of every world.
 
         Args:
             world: State of W worlds with N robots each; not to be changed.
             rng: Source of chance.
 
         Returns:
-            Velocities, shape (W, N, 2), in m/s.
+            Velocities in m/s, or commands (v, w) for differential drives, shape (W, N, 2).
         """
         ...

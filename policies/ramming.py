@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from envs.steering import steer
 from envs.world import World, full_speed
 from safefilter.arrays import FloatArray
 
@@ -14,7 +15,7 @@ class Ramming:
     name = "ramming"
 
     def act(self, world: World, _rng: np.random.Generator, /) -> FloatArray:
-        """Velocities towards the nearest robots, shape (W, N, 2), in m/s; zero where there is nobody left."""
+        """Actions towards the nearest robots, shape (W, N, 2); zero where there is nobody left."""
         offset = world.position[:, np.newaxis, :, :] - world.position[:, :, np.newaxis, :]
         distance = np.hypot(offset[..., 0], offset[..., 1])
         is_target = world.present & ~world.collided
@@ -24,4 +25,4 @@ class Ramming:
         nearest = distance.argmin(axis=2)
         aim = np.take_along_axis(offset, nearest[:, :, np.newaxis, np.newaxis], axis=2)[:, :, 0]
         aim[np.isinf(distance.min(axis=2))] = 0.0
-        return full_speed(aim, world.v_max)
+        return steer(world, full_speed(aim, world.v_max))

@@ -16,7 +16,9 @@ from envs.navigation import Navigation
 from envs.recording import Recorder, Recording
 from policies.policy import Policy
 from safefilter.arrays import FloatArray, frozen
+from safefilter.decision import Decision
 from safefilter.safety_filter import SafetyFilter
+from safefilter.scene import Scene
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,17 +48,17 @@ def roll_out(
     *,
     seed: int,
     max_steps: int | None = None,
-    watch: Callable[[int], None] = lambda _: None,
+    watch: Callable[[Scene, FloatArray, Decision], None] = lambda *_: None,
 ) -> Rollout:
     """Drive all robots of all worlds from their starts until nobody is under way or the time is over.
 
     Args:
         navigation: Worlds; they are reset first.
-        policy: Proposes velocities.
+        policy: Proposes actions.
         safety_filter: Decides for the cooperative robots; None executes what the policy proposes.
         seed: Seed of the worlds and of the policy.
         max_steps: Steps at most; None for the time limit of the rules.
-        watch: Told the number of steps after each.
+        watch: Told of every decision: the scene, the actions wanted, shape (B, 2), and what was decided.
 
     Returns:
         Measures and a recording.
@@ -65,18 +67,19 @@ def roll_out(
     world = navigation.world
     rng = np.random.default_rng([seed, world.num_worlds])
     metrics = Metrics.empty(world.num_worlds, world.num_robots)
-    recorder = Recorder(world, 0, navigation.rules.dt)
+    recorder = Recorder(world, 0, navigation.rules.dt, walls=navigation.scenario.walls)
     limit = navigation.rules.max_steps if max_steps is None else max_steps
     decision_times = []
-    num_steps = 0
-    for num_steps in range(1, limit + 1):
+    for _ in range(limit):
         actions = navigation.wanted(policy.act(world, rng))
         if safety_filter is not None and world.cooperative.any():
-            decision_times.append(_filter(navigation, safety_filter, actions, metrics))
+            scene, wanted, decision, elapsed = _decide(navigation, safety_filter, actions)
+            metrics.record_decision(decision, world.active)
+            decision_times.append(elapsed)
+            watch(scene, wanted, decision)
         outcome = navigation.step(actions)
         metrics.record(outcome)
         recorder.record()
-        watch(num_steps)
         if outcome.over.all():
             break
     success = world.arrived & ~world.collided
@@ -85,21 +88,25 @@ def roll_out(
         recording=recorder.recording(),
         arrival_time=frozen(np.where(success, world.arrival_time, np.nan)),
         decision_time=float(np.median(decision_times)) if decision_times else float("nan"),
-        num_steps=num_steps,
+        num_steps=int(world.step_count.max()),
     )
 
 
-def _filter(
-    navigation: Navigation, safety_filter: SafetyFilter, actions: FloatArray, metrics: Metrics
-) -> float:
-    """Replace the actions of cooperative robots by what the filter decides; returns the time a decision took, in s."""
-    world = navigation.world
-    index = np.flatnonzero(world.cooperative.ravel())
-    robots = np.unravel_index(index, world.cooperative.shape)
+def _decide(
+    navigation: Navigation, safety_filter: SafetyFilter, actions: FloatArray
+) -> tuple[Scene, FloatArray, Decision, float]:
+    """Replace the actions of cooperative robots by what the filter decides.
+
+    Returns:
+        The scene, the actions wanted, the decisions, and the time one took, in s.
+    """
+    cooperative = navigation.world.cooperative
+    index = np.flatnonzero(cooperative.ravel())
+    robots = np.unravel_index(index, cooperative.shape)
     scene = navigation.scenes(actions)
+    wanted = actions[robots]
     start = perf_counter()
-    decision = safety_filter.decide(scene, actions[robots], index)
+    decision = safety_filter.decide(scene, wanted, index)
     elapsed = perf_counter() - start
     actions[robots] = decision.action
-    metrics.record_decision(decision, world.active)
-    return elapsed / len(index)
+    return scene, wanted, decision, elapsed / len(index)

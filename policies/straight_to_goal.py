@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from envs.steering import steer
 from envs.world import World
 from safefilter.arrays import FloatArray
 
@@ -14,5 +15,5 @@ class StraightToGoal:
     name = "straight to goal"
 
     def act(self, world: World, _rng: np.random.Generator, /) -> FloatArray:
-        """Velocities towards the goals at full speed, shape (W, N, 2), in m/s."""
-        return world.preferred_velocity()
+        """Actions towards the goals at full speed, shape (W, N, 2)."""
+        return steer(world, world.preferred_velocity())

@@ -7,8 +7,8 @@ later. So `paths` sees all that the function can do, without a second copy of it
 * a division multiplies with a new variable z, under the obligation y != 0 and the definition z * y = 1 if y != 0;
 * a square root is a new variable s, under the obligation x >= 0 and the definition s >= 0, s * s = x if x >= 0.
 
-All terms are polynomials, then, and each question asks for the sign of one. Equal polynomials are written alike, so what
-two robots compute of one pair is asked once.
+All terms are polynomials, then, and each question asks for the sign of one. Equal polynomials are written alike, so
+what two robots compute of one pair is asked once.
 
 Numbers are exact: nothing here speaks of rounding.
 """
@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -226,23 +226,30 @@ SYMBOLIC_MATH = SimpleNamespace(
 )
 
 
-def symbolic(function: Callable[P, T]) -> Callable[P, T]:
+def symbolic(
+    function: Callable[P, T], summaries: Mapping[str, Callable[..., object]] | None = None
+) -> Callable[P, T]:
     """Rebuild a shipped function from its own byte code, so that it runs on numbers that are not known.
 
     The functions that it calls are rebuilt alike, and `math` is replaced; nothing else changes.
+
+    Args:
+        function: A formula, compiled or not.
+        summaries: Stand-ins for functions that it calls, by name: what another lemma says of them.
     """
     source = cast("FunctionType", source_of(function))
     names = dict(source.__globals__)
     for name in _names(source.__code__):
         value = names.get(name)
-        if value is math:
+        if summaries and name in summaries:
+            names[name] = summaries[name]
+        elif value is math:
             names[name] = SYMBOLIC_MATH
         elif isinstance(source_of(cast("Any", value)), FunctionType):
-            names[name] = symbolic(cast("Callable[..., object]", value))
+            names[name] = symbolic(cast("Callable[..., object]", value), summaries)
     rebuilt = FunctionType(
         source.__code__, names, source.__name__, source.__defaults__, source.__closure__
     )
-    rebuilt.__kwdefaults__ = source.__kwdefaults__
     return cast("Callable[P, T]", rebuilt)
 
 
@@ -305,9 +312,40 @@ def paths(function: Callable[[], T]) -> list[Path[T]]:
                 tuple(run.conditions), tuple(run.definitions.values()), tuple(run.obligations), result
             )
         )
-        for place in range(len(run.prefix), len(run.taken)):
-            pending.append((*run.taken[:place], not run.taken[place]))
+        new = range(len(run.prefix), len(run.taken))
+        pending.extend((*run.taken[:place], not run.taken[place]) for place in new)
     return found
+
+
+def only_path(function: Callable[[], T]) -> Path[T]:
+    """The one way through a formula without branches.
+
+    Raises:
+        ValueError: If there are more.
+    """
+    found = paths(function)
+    if len(found) != 1:
+        raise ValueError(f"expected a formula without branches, found {len(found)} ways through it")
+    return found[0]
+
+
+def is_total(ways: Sequence[Path[Any]]) -> z3.BoolRef:
+    """Some way is always taken, and its formulas are defined."""
+    covered = z3.Or(*(z3.And(*way.conditions) for way in ways))
+    return z3.And(covered, *(z3.Implies(way.taken, way.is_defined) for way in ways))
+
+
+def graph(ways: Sequence[Path[tuple[Number, ...]]], values: Sequence[z3.ArithRef]) -> z3.BoolRef:
+    """The values are what the function returns: one alternative for every way through it."""
+    return z3.Or(
+        *(
+            z3.And(
+                way.taken,
+                *(value == term_of(r) for value, r in zip(values, way.result, strict=True)),
+            )
+            for way in ways
+        )
+    )
 
 
 @contextlib.contextmanager

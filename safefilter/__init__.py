@@ -9,6 +9,7 @@ from __future__ import annotations
 from safefilter.backends.backend import Backend, Capabilities, Solution, Status
 from safefilter.backends.registry import available_backends, make_backend, register_backend
 from safefilter.certificate import Certificate, certify
+from safefilter.constraints.affine_barrier import AffineBarrier
 from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.linear_constraint import LinearConstraint
 from safefilter.constraints.priority_orca import PriorityORCA
@@ -17,6 +18,7 @@ from safefilter.constraints.static_obstacles import StaticObstacles
 from safefilter.decision import Case, Decision, Fault
 from safefilter.errors import SafeFilterError
 from safefilter.half_spaces import HalfSpaces
+from safefilter.kinematics.box import Box
 from safefilter.kinematics.differential_drive import DifferentialDrive
 from safefilter.kinematics.holonomic import Holonomic
 from safefilter.lidar import Lidar
@@ -28,7 +30,9 @@ from safefilter.solve import solve
 __version__ = "0.1.0"
 
 __all__ = [
+    "AffineBarrier",
     "Backend",
+    "Box",
     "Capabilities",
     "Case",
     "Certificate",

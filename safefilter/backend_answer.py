@@ -96,6 +96,7 @@ class BackendAnswer:
         proof: In Case-3 and for an empty hard set: weights of the contradiction, one a present row; zeros otherwise.
         build_time: Seconds.
         solve_time: Seconds, polish and verification included.
+        cause: What the backend raised, for `Fault.BACKEND_RAISED`.
     """
 
     fault: Fault
@@ -105,6 +106,7 @@ class BackendAnswer:
     proof: FloatArray
     build_time: float
     solve_time: float
+    cause: Exception | None = None
 
 
 class _Verified(NamedTuple):
@@ -127,7 +129,9 @@ class _Attempt:
         self.build_time += solution.build_time
         self.solve_time += solution.solve_time
         polished = polish(program, solution, tolerance=self._solvers.tolerance)
-        certificate = certify(program, polished, tolerance=self._solvers.tolerance, radius=self._radius)
+        certificate = certify(
+            program, polished, tolerance=self._solvers.tolerance, radius=self._radius
+        )
         return _Verified(solution.status, polished, certificate)
 
     def fault_of(self, status: Status) -> Fault:
@@ -165,17 +169,17 @@ def ask_backend(
         if may_be_empty and answer.fault in {Fault.BACKEND_WRONG_STATUS, Fault.BACKEND_REJECTED}:
             return _proved_empty(attempt, solvers, rows, decision) or answer
         return answer
-    except Exception:  # noqa: BLE001 - the one place where foreign code runs: whatever it raises, robots keep moving safely
+    except Exception as error:  # noqa: BLE001 - the one place where foreign code runs: whatever it raises, robots keep moving safely
         fault = Fault.DEADLINE if solvers.is_late else Fault.BACKEND_RAISED
-        return _faulty(attempt, rows, decision, fault)
+        return replace(_faulty(attempt, rows, decision, fault), cause=error)
 
 
 def _find(
     attempt: _Attempt, solvers: Solvers, rows: HalfSpaces, decision: int, wanted: FloatArray
 ) -> BackendAnswer:
     first = attempt.ask(solvers.quadratic, nearest_velocity(rows, decision, wanted))
-    no_proof = np.zeros(len(first.solution.multipliers))
     if first.certificate and first.status.has_point:
+        no_proof = np.zeros(len(first.solution.multipliers))
         return _answer(attempt, Case.PROJECTED, first.solution, no_proof)
     if first.status in {Status.NOT_FINITE, Status.UNBOUNDED}:
         return _faulty(attempt, rows, decision, attempt.fault_of(first.status))
@@ -183,20 +187,32 @@ def _find(
     bound = attempt.ask(solvers.linear, least_violation(rows, decision))
     if not (bound.certificate and bound.status.has_point):
         return _faulty(attempt, rows, decision, attempt.fault_of(bound.status))
-    least = float(bound.solution.x[-1])
-    is_empty = least > solvers.tolerance
-    if first.status is Status.OPTIMAL and is_empty or first.status is Status.INFEASIBLE and not is_empty:
+    is_empty = float(bound.solution.x[-1]) > solvers.tolerance
+    if first.status is (Status.OPTIMAL if is_empty else Status.INFEASIBLE):
         return _faulty(attempt, rows, decision, Fault.BACKEND_WRONG_STATUS)
+    return _relaxed(attempt, solvers, rows, wanted, _Bound(decision, bound.solution, is_empty))
+
+
+class _Bound(NamedTuple):
+    decision: int
+    solution: Solution
+    is_empty: bool
+
+
+def _relaxed(
+    attempt: _Attempt, solvers: Solvers, rows: HalfSpaces, wanted: FloatArray, bound: _Bound
+) -> BackendAnswer:
+    """The nearest of all points that violate soft rows least."""
+    decision, least = bound.decision, float(bound.solution.x[-1])
     relaxed = nearest_velocity(rows, decision, wanted, least + solvers.tolerance)
     second = attempt.ask(solvers.quadratic, relaxed)
     if not (second.certificate and second.status.has_point):
         return _faulty(attempt, rows, decision, attempt.fault_of(second.status))
-    if not is_empty:
-        return _answer(attempt, Case.PROJECTED, second.solution, no_proof)
     # The last row of the first stage is t >= 0: it takes no part in a contradiction.
-    return _answer(
-        attempt, Case.LEAST_VIOLATION, second.solution, bound.solution.multipliers[:-1].copy()
-    )
+    proof = bound.solution.multipliers[:-1].copy()
+    if not bound.is_empty:
+        return _answer(attempt, Case.PROJECTED, second.solution, np.zeros(len(proof)))
+    return _answer(attempt, Case.LEAST_VIOLATION, second.solution, proof)
 
 
 def _proved_empty(
@@ -219,9 +235,7 @@ def _proved_empty(
     return replace(_faulty(attempt, rows, decision, Fault.EMPTY_HARD_SET), proof=proof)
 
 
-def _answer(
-    attempt: _Attempt, case: Case, solution: Solution, proof: FloatArray
-) -> BackendAnswer:
+def _answer(attempt: _Attempt, case: Case, solution: Solution, proof: FloatArray) -> BackendAnswer:
     return BackendAnswer(
         fault=Fault.NONE,
         case=case,

@@ -34,7 +34,10 @@ VAGUE_NAMES = {
 }
 
 # Files that are tested through another one, because alone they do nothing that could be wrong.
-TESTED_ELSEWHERE: dict[str, str] = {}
+TESTED_ELSEWHERE: dict[str, str] = {
+    "safefilter/constraints/constraint.py": "test_user_rows",
+    "safefilter/constraints/scene_arrays.py": "test_separation",
+}
 
 # Packages that `import safefilter` must work without; the file that needs one is imported on request.
 ON_REQUEST = [

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from envs.scenarios.scenario import Placement, jitter
+from envs.scenarios.scenario import Placement, chain, jitter
 from safefilter.arrays import FloatArray, positive_number
 
 # Direction of travel of each arm's robots: from the west, the south, the east and the north.
@@ -27,11 +27,15 @@ class Crossroad:
             takes 23.9 s at 0.2 m/s, and leaves the 4 s that the paper's robots (27.95 s) lose to each other.
         road_width: Width of the roads, in m; robots start a quarter of it left and right of the middle.
         jitter_radius: Starts are drawn uniformly from discs of this radius, in m: perfect symmetry has no way out.
+        is_walled: Are there walls along the roads, and across their ends?
+        end_margin: Distance of the walls across the ends from starts and goals, in m.
     """
 
     arm_length: float = 2.45
     road_width: float = 1.4
     jitter_radius: float = 0.08
+    is_walled: bool = False
+    end_margin: float = 0.35
 
     def __post_init__(self) -> None:
         """Check the sizes.
@@ -40,7 +44,7 @@ class Crossroad:
             NotFinite: If a size is NaN or infinite.
             OutOfRange: If a size is not above zero.
         """
-        for field in ("arm_length", "road_width", "jitter_radius"):
+        for field in ("arm_length", "road_width", "jitter_radius", "end_margin"):
             positive_number(getattr(self, field), field)
 
     @property
@@ -50,8 +54,22 @@ class Crossroad:
 
     @property
     def half_extent(self) -> float:
-        """Half the side of the square that holds all starts and goals, in m."""
-        return self.arm_length + self.jitter_radius
+        """Half the side of the square that holds all starts, goals and walls, in m."""
+        return self.arm_length + (self.end_margin if self.is_walled else self.jitter_radius)
+
+    @property
+    def walls(self) -> FloatArray:
+        """The outline of the roads, shape (12, 2, 2), in m, or none, shape (0, 2, 2)."""
+        if not self.is_walled:
+            return np.zeros((0, 2, 2))
+        near, far = self.road_width / 2.0, self.half_extent
+        quarter = [(near, near), (near, far), (-near, far)]
+        corners = [
+            (x * ahead_x - y * ahead_y, x * ahead_y + y * ahead_x)
+            for ahead_x, ahead_y in ARMS
+            for x, y in quarter
+        ]
+        return chain(*corners, corners[0])
 
     def place(self, rng: np.random.Generator) -> Placement:
         """Draw starts; robots 2k and 2k + 1 come from arm k, the first in the right lane."""

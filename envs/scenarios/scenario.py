@@ -36,12 +36,39 @@ class Scenario(Protocol):
 
     @property
     def half_extent(self) -> float:
-        """Half the side of a square around the origin that holds all starts and goals, in m."""
+        """Half the side of a square around the origin that holds all starts, goals and walls, in m."""
+        ...
+
+    @property
+    def walls(self) -> FloatArray:
+        """Segments, shape (S, 2, 2), in m; the same in all worlds."""
         ...
 
     def place(self, rng: np.random.Generator) -> Placement:
         """Draw starts and goals."""
         ...
+
+
+def chain(*points: tuple[float, float]) -> FloatArray:
+    """Walls from each point to the next, shape (K - 1, 2, 2), in m."""
+    corners = np.array(points, dtype=np.float64)
+    return np.stack([corners[:-1], corners[1:]], axis=1)
+
+
+def rows_of(
+    num_robots: int, *, first_x: float, spacing: float, lanes: tuple[float, ...]
+) -> FloatArray:
+    """Places in rows across the x axis, from the first on to greater x, shape (num_robots, 2), in m.
+
+    Args:
+        num_robots: Number of places.
+        first_x: x of the first row, in m.
+        spacing: Distance of rows, in m.
+        lanes: y of the places of a row, in m.
+    """
+    number = np.arange(num_robots)
+    x = first_x + spacing * (number // len(lanes))
+    return np.stack([x, np.array(lanes)[number % len(lanes)]], axis=1)
 
 
 def jitter(rng: np.random.Generator, num_robots: int, radius: float) -> FloatArray:

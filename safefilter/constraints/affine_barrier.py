@@ -146,7 +146,11 @@ class AffineBarrier:
     def _of_entries(
         self, answer: npt.ArrayLike, what: str, shape: tuple[int, ...], index: IntArray
     ) -> FloatArray:
-        """Answers for the decisions, shape (B, *shape)."""
+        """Answers for the decisions, shape (B, *shape).
+
+        Raises:
+            ShapeError: If there are too few of them.
+        """
         field = f"{self._name}: {what}"
         if np.ndim(answer) == len(shape):
             common = finite_array(answer, field, shape)

@@ -93,7 +93,7 @@ class Box:
 
     def contains(self, action: npt.NDArray[np.floating]) -> BoolArray:
         """Which actions, shape (B, d), lie within the bounds, exactly? NaN does not; shape (B,)."""
-        inside: BoolArray = ((self.low <= action) & (action <= self.high)).all(axis=1)
+        inside: BoolArray = np.all((self.low <= action) & (action <= self.high), axis=1)
         return inside
 
     def last_word(

@@ -33,7 +33,7 @@ class Trial:
     """Robots, what drives them, and for how long. Its ``repr`` is the code that makes it.
 
     Attributes:
-        scene: The start.
+        scene: The start, without walls.
         policy: Proposes velocities.
         v_max: Top speed of each robot, shape (N,), in m/s.
         dt: Duration of a step, in s.
@@ -63,6 +63,10 @@ class Trial:
         positive_number(self.dt, "dt")
         if self.num_steps < 1:
             raise InvalidInput(f"num_steps: expected at least 1, got {self.num_steps}")
+        if len(self.scene.walls) > 0:
+            raise InvalidInput(
+                "scene: the judge of this closed loop knows robots only; leave walls out"
+            )
 
     def _repr_pretty_(self, printer: RepresentationPrinter, _cycle: bool) -> None:
         """Hypothesis and IPython print dataclasses field by field unless this says otherwise."""

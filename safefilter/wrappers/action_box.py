@@ -11,9 +11,10 @@ import gymnasium
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.errors import InvalidInput, OutOfRange, ShapeError
+from safefilter.errors import OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.scene import Scene
+from safefilter.wrappers.action_space import require_box
 
 # One row a bound: from below along x and y, from above along x and y.
 _NORMALS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
@@ -41,20 +42,7 @@ class ActionBox:
             ShapeError: If its shape is another.
             OutOfRange: If it does not permit standing still.
         """
-        if not isinstance(space, gymnasium.spaces.Box):
-            raise InvalidInput(
-                f"action_space: expected a Box of velocities in m/s, got {space}; wrappers that make other spaces "
-                "of it belong around the filter"
-            )
-        if space.dtype not in {np.dtype(np.float32), np.dtype(np.float64)}:
-            raise InvalidInput(f"action_space: expected float32 or float64, got {space.dtype}")
-        if space.shape not in {(2,), (len(robots), 2)} or (
-            space.shape == (2,) and len(robots) != 1
-        ):
-            raise ShapeError(
-                f"action_space: expected shape ({len(robots)}, 2), one row a robot"
-                f"{', or (2,)' if len(robots) == 1 else ''}, got {space.shape}"
-            )
+        space = require_box(space, len(robots), "velocities in m/s")
         if not ((space.low <= 0.0) & (space.high >= 0.0)).all():
             raise OutOfRange(
                 f"action_space: standing still, [0, 0], must be an action, because it is what the filter falls back "

@@ -1,6 +1,6 @@
 """Totals of an episode, as flat numbers for loggers, and the clearance that goes into them.
 
-Letters: B decisions. m, m/s.
+Letters: L episodes that are counted side by side; B decisions; R robots. m, m/s.
 """
 
 from __future__ import annotations
@@ -9,41 +9,69 @@ import math
 
 import numpy as np
 
-from safefilter.arrays import IntArray
+from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.decision import Case, Decision, Fault
 from safefilter.scene import Scene
 
+SUMS = (
+    "steps",
+    "decisions",
+    "interventions",
+    "correction",
+    *(f"case_{case.value}" for case in Case),
+    "certified",
+    "faults",
+)
+
 
 class EpisodeTotals:
-    """Adds up what the filter did since the episode began."""
+    """Adds up what the filter did since each episode began."""
 
-    def __init__(self) -> None:
-        self._steps = 0
-        self._decisions = 0
-        self._interventions = 0
-        self._correction = 0.0
-        self._cases = dict.fromkeys(Case, 0)
-        self._certified = 0
-        self._faults = 0
-        self._clearance = math.inf
+    def __init__(self, num_episodes: int = 1) -> None:
+        """Start ``num_episodes`` episodes."""
+        self._sums: dict[str, FloatArray] = {name: np.zeros(num_episodes) for name in SUMS}
+        self._clearance = np.full(num_episodes, math.inf)
 
-    def add(self, decision: Decision) -> None:
-        """Count a step and its decisions."""
-        self._steps += 1
-        self._decisions += len(decision)
-        self._interventions += int(decision.intervened.sum())
-        self._correction += float(decision.correction.sum())
-        for case in Case:
-            self._cases[case] += int((decision.case == case).sum())
-        self._certified += int(decision.certified.sum())
-        self._faults += int((decision.fault != Fault.NONE).sum())
+    def begin(self, episodes: BoolArray) -> None:
+        """Start those of ``episodes``, shape (L,), anew."""
+        for total in self._sums.values():
+            total[episodes] = 0.0
+        self._clearance[episodes] = math.inf
 
-    def see(self, scene: Scene, robots: IntArray) -> None:
-        """Take note of how near ``robots`` are to others."""
-        self._clearance = min(self._clearance, least_clearance(scene, robots))
+    def add(self, decision: Decision, episode: IntArray, stepped: BoolArray) -> None:
+        """Count a step.
 
-    def numbers(self) -> dict[str, float]:
-        """The totals.
+        Args:
+            decision: Decisions made for it.
+            episode: Episode of each, shape (B,).
+            stepped: Episodes that went on, shape (L,).
+        """
+        self._sums["steps"] += stepped
+        counted = {
+            "decisions": np.ones(len(decision)),
+            "interventions": decision.intervened,
+            "correction": decision.correction,
+            **{f"case_{case.value}": decision.case == case for case in Case},
+            "certified": decision.certified,
+            "faults": decision.fault != Fault.NONE,
+        }
+        for name, weights in counted.items():
+            self._sums[name] += np.bincount(episode, weights=weights, minlength=len(stepped))
+
+    def see(self, scene: Scene, robots: IntArray, episodes: IntArray) -> None:
+        """Take note of how near robots are to others.
+
+        Args:
+            scene: The robots.
+            robots: Those asked about, shape (L', R).
+            episodes: Episode that each row of them is in, shape (L',).
+        """
+        clearance = least_clearance(scene, robots.ravel()).reshape(robots.shape)
+        least = clearance.min(axis=1, initial=math.inf)
+        self._clearance[episodes] = np.minimum(self._clearance[episodes], least)
+
+    def numbers(self) -> dict[str, FloatArray]:
+        """The totals, shape (L,).
 
         Returns:
             ``steps``; ``decisions``: one a robot and step; ``interventions``: decisions that changed the action;
@@ -51,34 +79,32 @@ class EpisodeTotals:
             ``certified``: share of the decisions; ``faults``: decisions with one; ``min_clearance``: least free
             distance to anyone seen, at the starts of steps and at the end, in m; infinite if nobody was.
         """
-        num_decisions = max(1, self._decisions)
-        return {
-            "steps": float(self._steps),
-            "decisions": float(self._decisions),
-            "interventions": float(self._interventions),
-            "mean_correction": self._correction / num_decisions,
-            **{f"case_{case.value}": float(number) for case, number in self._cases.items()},
-            "certified": self._certified / num_decisions if self._decisions else 1.0,
-            "faults": float(self._faults),
-            "min_clearance": self._clearance,
-        }
+        numbers = {name: total.copy() for name, total in self._sums.items()}
+        decisions = np.maximum(1.0, numbers["decisions"])
+        numbers["mean_correction"] = numbers.pop("correction") / decisions
+        share = numbers["certified"] / decisions
+        numbers["certified"] = np.where(numbers["decisions"] > 0.0, share, 1.0)
+        numbers["min_clearance"] = self._clearance.copy()
+        return numbers
 
 
-def least_clearance(scene: Scene, robots: IntArray) -> float:
-    """Least free distance between one of ``robots`` and a robot that it sees.
+def least_clearance(scene: Scene, robots: IntArray) -> FloatArray:
+    """Least free distance between each of ``robots`` and the robots that it sees.
 
     Args:
         scene: The robots.
-        robots: Those asked about, shape (B,).
+        robots: Those asked about, shape (R,).
 
     Returns:
-        Distance in m: negative where discs overlap, infinite where nobody is seen.
+        Distances in m, shape (R,): negative where discs overlap, infinite where nobody is seen.
     """
-    others = [scene.neighbours_of(int(robot)) for robot in robots]
-    if not others:
-        return math.inf
-    owner = np.repeat(robots, [len(seen) for seen in others])
-    other = np.concatenate(others)
-    offset = scene.position[other] - scene.position[owner]
-    free = np.hypot(offset[:, 0], offset[:, 1]) - scene.radius[other] - scene.radius[owner]
-    return float(free.min(initial=math.inf))
+    first, count = scene.neighbour_start[robots], np.diff(scene.neighbour_start)[robots]
+    place = np.repeat(np.arange(len(robots)), count)
+    # Number of each pair within its robot's list.
+    number = np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count)
+    other = scene.neighbours[first[place] + number]
+    offset = scene.position[other] - scene.position[robots[place]]
+    free = np.hypot(offset[:, 0], offset[:, 1]) - scene.radius[other] - scene.radius[robots[place]]
+    least = np.full(len(robots), math.inf)
+    np.minimum.at(least, place, free)
+    return least

@@ -13,19 +13,19 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import IntArray
-from safefilter.decision import Decision
-from safefilter.errors import OutOfRange, ShapeError
+from safefilter.arrays import frozen
+from safefilter.errors import OutOfRange
 from safefilter.safety_filter import SafetyFilter
-from safefilter.scene import Scene
-from safefilter.wrappers.action_box import ActionBox
-from safefilter.wrappers.decision_info import info_of_robot, info_of_robots
+from safefilter.wrappers.action_filter import ActionFilter
+from safefilter.wrappers.decision_info import info_of_lanes, of_lane
 from safefilter.wrappers.episode_totals import EpisodeTotals
+from safefilter.wrappers.lanes import Lanes
 from safefilter.wrappers.scene_source import SceneFunction, SceneSource
 from safefilter.wrappers.wrapper_order import require_innermost
 
 ObsT = TypeVar("ObsT")
 Action: TypeAlias = npt.NDArray[np.floating]
+ONE_LANE = frozen(np.ones(1, dtype=np.bool_))
 
 
 class SafeAction(
@@ -77,12 +77,14 @@ class SafeAction(
         scene: SceneFunction | None = None,
         index: int | Sequence[int] | None = 0,
         penalty: float = 0.0,
+        allow_stop: bool = False,
     ) -> None:
         """Put the filter around an environment.
 
         Args:
-            env: Environment whose actions are velocities in world axes, in m/s: a Box of shape (2,) for one robot, or
-                (N, 2).
+            env: Environment whose actions are those of the filter's kinematics: velocities in world axes in m/s, or
+                commands (v, w) of a differential drive, a Box of shape (2,) for one robot, or (N, 2); or, if the
+                kinematics are a `Box`, any Box of shape (d,).
             safety_filter: Who decides.
             scene: Function ``(env, observation, info) -> Scene`` of the unwrapped environment and of what its last step
                 or reset returned; None for the ``scene()`` of the unwrapped environment.
@@ -90,13 +92,18 @@ class SafeAction(
                 i is robot i of a scene of N: then those that cooperate at the start of a step are filtered, and the
                 actions of the others, which everyone takes for unfiltered, execute as they are.
             penalty: Reward taken away per m/s of correction, summed over robots.
+            allow_stop: For a differential drive in a space that begins above v = 0, such as [0.01, 0.2]: the
+                environment executes smaller speeds just as they are. The filter must be able to stop a robot; what
+                executes is then no element of the space, which an environment may refuse, or clip to 0.01 m/s: only
+                you know.
 
         Raises:
             WrapperOrderError: If a wrapper inside would change what was certified.
             SceneUnavailable: If there is neither ``scene`` nor ``env.unwrapped.scene()``.
-            InvalidInput: If the action space is not a Box of float32 or float64.
+            InvalidInput: If the action space is not a Box of float32 or float64, or ``allow_stop`` has no use.
             ShapeError: If its shape does not fit ``index``.
-            OutOfRange: If it does not permit standing still, or if ``penalty`` or ``index`` cannot be used.
+            OutOfRange: If it does not hold all actions that the filter may execute, or if ``penalty`` or ``index``
+                cannot be used.
         """
         gymnasium.utils.RecordConstructorArgs.__init__(
             self,
@@ -105,18 +112,13 @@ class SafeAction(
             scene=scene,
             index=index,
             penalty=penalty,
+            allow_stop=allow_stop,
         )
         gymnasium.Wrapper.__init__(self, env)
         require_innermost(env)
-        if not (math.isfinite(penalty) and penalty >= 0.0):
-            raise OutOfRange(f"penalty: expected a finite number from 0 up, got {penalty}")
-        self._scene = SceneSource(env.unwrapped, scene)
-        self._is_single = env.action_space.shape == (2,)
-        self._follows_scene = index is None
-        self._box = ActionBox(env.action_space, _robots(env.action_space.shape, index))
-        self._penalty = float(penalty)
-        self._filter = safety_filter
-        self._filter_in_box = safety_filter.with_constraints(self._box)
+        self._penalty = require_penalty(penalty)
+        self._filter = ActionFilter(safety_filter, env.action_space, index, allow_stop=allow_stop)
+        self._scene = SceneSource(env.unwrapped, scene, has_robots=self._filter.has_robots)
         self._latest: tuple[ObsT, dict[str, Any]] | None = None
         self._totals = EpisodeTotals()
 
@@ -132,7 +134,7 @@ class SafeAction(
         """Execute what the filter makes of ``action``.
 
         Args:
-            action: Velocity wanted, of the shape of the action space, in m/s. NaN is decided as standing still.
+            action: Action wanted, of the shape of the action space. NaN is decided as standing still.
 
         Returns:
             Observation, reward less the penalty, terminated, truncated, info.
@@ -141,70 +143,41 @@ class SafeAction(
             gymnasium.error.ResetNeeded: Before the first `reset`.
             SafeFilterError: As `SafetyFilter.decide`.
         """
+        lanes = self._lanes()
+        wanted = self._filter.in_space(action)
+        executed = self._filter(lanes, wanted, np.ones(wanted.shape[:2], dtype=np.bool_))
+        given = executed.action.reshape(self.action_space.shape or ()).copy()
+        self._see(lanes)
+        observation, reward, terminated, truncated, info = self.env.step(given)
+        self._latest = observation, info
+        self._totals.add(executed.decision, executed.lane, ONE_LANE)
+        columns = info_of_lanes(executed, is_single=self._filter.is_single)
+        extra: dict[str, Any] = {"safefilter": of_lane(columns, 0)}
+        if terminated or truncated:
+            self._see(self._lanes())
+            extra["safefilter_episode"] = of_lane(self._totals.numbers(), 0)
+            self._totals = EpisodeTotals()
+        if self._penalty:
+            reward = float(reward) - self._penalty * float(executed.correction()[0])
+        return observation, reward, terminated, truncated, {**info, **extra}
+
+    def _lanes(self) -> Lanes:
         if self._latest is None:
             raise gymnasium.error.ResetNeeded("SafeAction: call reset() before step()")
         scene = self._scene(*self._latest)
-        rows = self._rows(scene)
-        executed = self._in_space(action)
-        decision = self._decide(scene, executed[rows], self._box.robots[rows])
-        executed[rows] = decision.action
-        given = executed[0] if self._is_single else executed
-        observation, reward, terminated, truncated, info = self.env.step(given.copy())
-        self._latest = observation, info
-        self._totals.see(scene, self._box.robots)
-        self._totals.add(decision)
-        extra: dict[str, Any] = {
-            "safefilter": info_of_robot(decision, executed)
-            if self._is_single
-            else info_of_robots(decision, rows, executed)
-        }
-        if terminated or truncated:
-            self._totals.see(self._scene(observation, info), self._box.robots)
-            extra["safefilter_episode"] = self._totals.numbers()
-            self._totals = EpisodeTotals()
-        if self._penalty:
-            reward = float(reward) - self._penalty * float(decision.correction.sum())
-        return observation, reward, terminated, truncated, {**info, **extra}
+        return Lanes.single(scene) if self._filter.has_robots else Lanes.of_entries(scene, 1)
 
-    def _rows(self, scene: Scene) -> IntArray:
-        # Rows of the action that are decided on.
-        robots = self._box.robots
-        if self._follows_scene and scene.num_robots != len(robots):
-            raise ShapeError(
-                f"scene: the action space has {len(robots)} rows, but the scene {scene.num_robots} robots; pass "
-                "index=, the robots of the rows"
-            )
-        if robots.max() >= scene.num_robots:
-            raise OutOfRange(
-                f"index: the scene has robots 0 to {scene.num_robots - 1}, got {robots.tolist()}"
-            )
-        return np.flatnonzero(scene.cooperative) if self._follows_scene else np.arange(len(robots))
-
-    def _in_space(self, action: Action) -> Action:
-        space = self.action_space
-        # What is too large for the dtype becomes infinite, and is decided as standing still.
-        with np.errstate(over="ignore", invalid="ignore"):
-            given = np.array(action, dtype=space.dtype)
-        if given.shape != space.shape:
-            raise ShapeError(f"action: expected shape {space.shape}, got {given.shape}")
-        return given.reshape(-1, 2)
-
-    def _decide(self, scene: Scene, wanted: Action, robots: IntArray) -> Decision:
-        # Rows of the user's cost: where the speed limit says it all, there are none.
-        is_bound = self._box.binds(self._filter.kinematics.speed_limit(scene))
-        safety_filter = self._filter_in_box if is_bound else self._filter
-        return safety_filter.decide(scene, wanted, robots)
+    def _see(self, lanes: Lanes) -> None:
+        if self._filter.has_robots:
+            self._totals.see(lanes.scene, self._filter.robots(lanes), np.zeros(1, dtype=np.int64))
 
 
-def _robots(shape: tuple[int, ...] | None, index: int | Sequence[int] | None) -> IntArray:
-    # Robot of each row of an action space.
-    if index is None:
-        if shape is None or len(shape) != 2:
-            raise ShapeError(f"index: None needs an action space of shape (N, 2), got {shape}")
-        return np.arange(shape[0])
-    robots = np.atleast_1d(np.asarray(index))
-    if robots.ndim != 1 or robots.dtype.kind not in "iu":
-        raise ShapeError(f"index: expected an integer, integers or None, got {index!r}")
-    if len(np.unique(robots)) != len(robots) or (robots < 0).any():
-        raise OutOfRange(f"index: expected every robot once, from 0 up, got {robots.tolist()}")
-    return robots.astype(np.int64)
+def require_penalty(penalty: float) -> float:
+    """Check a penalty.
+
+    Raises:
+        OutOfRange: If it is not a finite number from 0 up.
+    """
+    if not (math.isfinite(penalty) and penalty >= 0.0):
+        raise OutOfRange(f"penalty: expected a finite number from 0 up, got {penalty}")
+    return float(penalty)

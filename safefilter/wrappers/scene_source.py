@@ -5,22 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
+from safefilter.constraints.constraint import AnyScene
 from safefilter.errors import SceneUnavailable
 from safefilter.scene import Scene
 
-SceneFunction: TypeAlias = Callable[[Any, Any, dict[str, Any]], Scene]
+SceneFunction: TypeAlias = Callable[[Any, Any, dict[str, Any]], AnyScene]
 """From (unwrapped environment, latest observation, latest info) to what the robots know now."""
 
 
 class SceneSource:
     """Gives the scene of the present moment."""
 
-    def __init__(self, env: object, scene: SceneFunction | None) -> None:
+    def __init__(
+        self, env: object, scene: SceneFunction | None, *, has_robots: bool = True
+    ) -> None:
         """Find out where scenes come from.
 
         Args:
             env: The unwrapped environment.
             scene: Function of the user's, or None for ``env.scene()``.
+            has_robots: Must it be a `Scene`? For a `Box` of actions it is whatever the constraints read.
 
         Raises:
             SceneUnavailable: If there is neither.
@@ -32,8 +36,9 @@ class SceneSource:
             )
         self._env: Any = env
         self._scene = scene
+        self._has_robots = has_robots
 
-    def __call__(self, observation: object, info: dict[str, Any]) -> Scene:
+    def __call__(self, observation: object, info: dict[str, Any]) -> AnyScene:
         """Make the scene.
 
         Args:
@@ -45,8 +50,15 @@ class SceneSource:
         """
         env, function = self._env, self._scene
         scene = env.scene() if function is None else function(env, observation, info)
-        if not isinstance(scene, Scene):
-            raise SceneUnavailable(
-                f"scene: expected a safefilter.Scene, got {type(scene).__name__}"
-            )
-        return scene
+        return require_scene(scene) if self._has_robots else scene
+
+
+def require_scene(scene: object) -> Scene:
+    """Check that what should be a scene is one.
+
+    Raises:
+        SceneUnavailable: If not.
+    """
+    if not isinstance(scene, Scene):
+        raise SceneUnavailable(f"scene: expected a safefilter.Scene, got {type(scene).__name__}")
+    return scene

@@ -20,10 +20,12 @@ CHANGES = {
     "MaxAndSkipObservation": "repeats actions",
     "RepeatAction": "repeats actions",
 }
+LAYERS = (gymnasium.Wrapper, gymnasium.vector.VectorWrapper)
+TRANSFORMS = (gymnasium.ActionWrapper, gymnasium.vector.VectorActionWrapper)
 
 
-def require_innermost(env: gymnasium.Env[Any, Any]) -> None:
-    """Check that the wrappers of ``env`` hand every action through, once and as it is.
+def require_innermost(env: Any) -> None:
+    """Check that the wrappers of ``env``, an environment or a vector one, hand every action through, once and as it is.
 
     Wrappers of observations, rewards, time limits, videos and the like do. A wrapper of one's own that overrides
     ``step``, keeps the action space and still changes actions cannot be told from those, unless it says so: by an
@@ -36,20 +38,43 @@ def require_innermost(env: gymnasium.Env[Any, Any]) -> None:
         WrapperOrderError: If one does not; names it and says what it does.
     """
     layer = env
-    while isinstance(layer, gymnasium.Wrapper):
+    while isinstance(layer, LAYERS):
         change = _change(layer)
         if change:
-            name = type(layer).__name__
-            raise WrapperOrderError(
-                f"{name} inside the filter {change}, so what executes would not be what was certified: put the filter "
-                f"around the environment first, and {name} around the filter"
-            )
+            refuse(layer, change)
         layer = layer.env
 
 
-def _change(layer: gymnasium.Wrapper[Any, Any, Any, Any]) -> str:
+def require_innermost_in_lanes(env: gymnasium.vector.VectorEnv[Any, Any, Any]) -> None:
+    """Check the wrappers of a vector environment, and those of its environments where they are in this process.
+
+    Args:
+        env: What a filter is about to be put around.
+
+    Raises:
+        WrapperOrderError: If one does not hand actions through.
+    """
+    require_innermost(env)
+    for lane in getattr(env.unwrapped, "envs", ()):
+        require_innermost(lane)
+
+
+def refuse(layer: object, change: str) -> None:
+    """Say that a wrapper may not be inside.
+
+    Raises:
+        WrapperOrderError: Always.
+    """
+    name = type(layer).__name__
+    raise WrapperOrderError(
+        f"{name} inside the filter {change}, so what executes would not be what was certified: put the filter "
+        f"around the environment first, and {name} around the filter"
+    )
+
+
+def _change(layer: Any) -> str:
     """What a wrapper does to actions, or nothing."""
-    if isinstance(layer, gymnasium.ActionWrapper):
+    if isinstance(layer, TRANSFORMS):
         return "transforms actions"
     said = getattr(layer, "changes_actions", "")
     if said:

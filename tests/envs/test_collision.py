@@ -3,12 +3,12 @@ import pytest
 
 from envs.collision import (
     CONTACT_TOLERANCE,
+    NO_WALLS,
+    Bodies,
     Contacts,
-    closest_fraction,
-    entry_fraction,
     find_contacts,
-    least_distance,
 )
+from envs.dynamics import Movement
 from safefilter.arrays import BoolArray, FloatArray
 
 RADIUS = 0.1
@@ -25,13 +25,25 @@ def judge(
     """One world."""
     where = np.array([position], dtype=np.float64)
     shape = where.shape[:2]
-    return find_contacts(
+    return straight(
         where,
         np.array([displacement], dtype=np.float64),
         np.full(shape, radius),
         np.ones(shape, dtype=np.bool_) if present is None else present,
         np.zeros(shape, dtype=np.bool_) if wrecked is None else wrecked,
     )
+
+
+def straight(
+    position: FloatArray,
+    displacement: FloatArray,
+    radius: FloatArray,
+    present: BoolArray,
+    wrecked: BoolArray,
+) -> Contacts:
+    """Nobody turns, and there are no walls."""
+    movement = Movement(displacement, np.zeros(radius.shape))
+    return find_contacts(position, movement, Bodies(radius, present, wrecked, NO_WALLS))
 
 
 def random_step(
@@ -46,7 +58,7 @@ def random_step(
 def judge_random(seed: int) -> Contacts:
     position, displacement, radius = random_step(seed)
     everyone = np.ones(radius.shape, dtype=np.bool_)
-    return find_contacts(position, displacement, radius, everyone, ~everyone)
+    return straight(position, displacement, radius, everyone, ~everyone)
 
 
 def test_robots_that_stand_apart_keep_their_gap() -> None:
@@ -132,7 +144,7 @@ def test_two_wrecks_are_judged_once_but_a_third_robot_hits_them() -> None:
 def test_worlds_do_not_meet() -> None:
     alone = np.zeros((3, 1, 2))
     flags = np.ones((3, 1), dtype=np.bool_)
-    contacts = find_contacts(alone, alone, np.ones((3, 1)), flags, ~flags)
+    contacts = straight(alone, alone, np.ones((3, 1)), flags, ~flags)
     assert np.isinf(contacts.clearance).all()
 
 
@@ -140,7 +152,7 @@ def test_worlds_do_not_meet() -> None:
 def test_closed_form_equals_ten_thousand_sub_steps(seed: int) -> None:
     position, displacement, radius = random_step(seed, (3, 5))
     everyone = np.ones(radius.shape, dtype=np.bool_)
-    contacts = find_contacts(position, displacement, radius, everyone, ~everyone)
+    contacts = straight(position, displacement, radius, everyone, ~everyone)
     num_sub_steps = 10_000
     s = np.linspace(0.0, 1.0, num_sub_steps + 1)[:, np.newaxis, np.newaxis, np.newaxis]
     way = position + s * displacement
@@ -167,7 +179,7 @@ def test_order_of_robots_does_not_matter(seed: int) -> None:
     position, displacement, radius = random_step(seed)
     everyone = np.ones(radius.shape, dtype=np.bool_)
     forward = judge_random(seed)
-    backward = find_contacts(
+    backward = straight(
         np.ascontiguousarray(position[:, ::-1]),
         np.ascontiguousarray(displacement[:, ::-1]),
         np.ascontiguousarray(radius[:, ::-1]),
@@ -184,7 +196,7 @@ def test_turning_and_moving_the_world_changes_nothing(angle: float) -> None:
     position, displacement, radius = random_step(5)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     everyone = np.ones(radius.shape, dtype=np.bool_)
-    turned = find_contacts(
+    turned = straight(
         position @ turn.T + [3.0, -2.0], displacement @ turn.T, radius, everyone, ~everyone
     )
     straight = judge_random(5)
@@ -195,23 +207,10 @@ def test_turning_and_moving_the_world_changes_nothing(angle: float) -> None:
 def test_robots_stopped_at_their_first_contact_touch_exactly() -> None:
     position, displacement, radius = random_step(1, (400, 2))
     everyone = np.ones(radius.shape, dtype=np.bool_)
-    contacts = find_contacts(position, displacement, radius, everyone, ~everyone)
+    contacts = straight(position, displacement, radius, everyone, ~everyone)
     stopped = position + contacts.fraction[..., np.newaxis] * displacement
     distance = np.linalg.norm(stopped[:, 0] - stopped[:, 1], axis=1)
     started_apart = np.linalg.norm(position[:, 0] - position[:, 1], axis=1) > radius.sum(axis=1)
     hit = contacts.touched[:, 0] & started_apart
     assert hit.sum() > 20
     np.testing.assert_allclose(distance[hit], radius.sum(axis=1)[hit], atol=1e-12)
-
-
-def test_closest_approach_is_found_at_the_ends_and_between() -> None:
-    assert closest_fraction(1.0, 0.0, 1.0, 0.0) == 0.0
-    assert closest_fraction(1.0, 0.0, -0.5, 0.0) == 1.0
-    assert closest_fraction(1.0, 2.0, -4.0, 0.0) == 0.25
-    assert closest_fraction(1.0, 2.0, 0.0, 0.0) == 0.0
-    assert least_distance(1.0, 2.0, -4.0, 0.0) == 2.0
-
-
-def test_entry_is_the_first_of_the_two_crossings() -> None:
-    assert entry_fraction(3.0, 0.0, -10.0, 0.0, 1.0) == pytest.approx(0.2, abs=1e-15)
-    assert entry_fraction(0.5, 0.0, 1.0, 0.0, 1.0) == 0.0

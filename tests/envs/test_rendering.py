@@ -53,12 +53,15 @@ def test_vanished_robots_are_not_drawn() -> None:
     gone = Recording(
         time=recording.time,
         position=recording.position,
+        heading=recording.heading,
         arrived=recording.arrived,
         collided=recording.collided,
         present=np.zeros_like(recording.present),
         goal=recording.goal,
         radius=recording.radius,
         priority=recording.priority,
+        walls=recording.walls,
+        has_heading=recording.has_heading,
     )
     here, nowhere = (np.asarray(draw_moment(each, 0, CANVAS)) for each in (recording, gone))
     dark = [(picture.max(axis=-1) < 60).sum() for picture in (here, nowhere)]

@@ -12,9 +12,9 @@ import safefilter as sf
 from safefilter.backends import registry
 from safefilter.decision import Fault
 from safefilter.testing.faults import FAULTS, FAULTS_IN_A_PROCESS
+from safefilter.testing.invariants import assert_certified, assert_collision_free
 from safefilter.testing.policies import Ramming
 from safefilter.testing.rollout import Trial
-from safefilter.testing.invariants import assert_certified, assert_collision_free
 from safefilter.testing.strategies import crowded, trials
 from safefilter.testing.tally import Tally
 
@@ -64,7 +64,9 @@ def filter_of(trial: Trial, backend: str, deadline: float | None = None) -> sf.S
 
 
 def faults_of(tally: Tally) -> Counter[Fault]:
-    return Counter({fault: number for fault, number in zip(Fault, tally.faults, strict=True) if number})
+    return Counter({
+        fault: number for fault, number in zip(Fault, tally.faults, strict=True) if number
+    })
 
 
 @pytest.mark.parametrize("name", BLAME)

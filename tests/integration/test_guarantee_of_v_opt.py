@@ -24,7 +24,7 @@ SPACING = 50.0
 
 
 def pair_scene(rng: np.random.Generator, num_pairs: int) -> sf.Scene:
-    """Pairs of random robots that are apart, each in a world of its own; velocities wanted and observed are independent."""
+    """Random pairs, apart, each in a world of its own; wanted and observed velocities are independent."""
     radius = rng.uniform(0.1, 0.5, 2 * num_pairs)
     distance = radius[0::2] + radius[1::2] + rng.exponential(1.0, num_pairs)
     angle = rng.uniform(0.0, 2.0 * np.pi, num_pairs)
@@ -57,7 +57,8 @@ def permitted_velocities(
     short = offset - np.einsum("nd,nd->n", normal, velocity)
     # Where the draw is not permitted: reflected into the half-plane.
     push = short if is_tight else np.maximum(2.0 * short, 0.0)
-    return velocity + push[:, None] * normal
+    permitted: FloatArray = velocity + push[:, None] * normal
+    return permitted
 
 
 def collide_within_horizon(scene: sf.Scene, velocity: FloatArray) -> BoolArray:
@@ -116,7 +117,8 @@ class Pair:
         normal, offset = rows.normals[:, 0], rows.offsets[:, 0]
         along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
         push = offset - np.einsum("nd,nd->n", normal, wanted) + np.array(self.extra)
-        return wanted + push[:, None] * normal + np.array(self.aside)[:, None] * along
+        chosen: FloatArray = wanted + push[:, None] * normal + np.array(self.aside)[:, None] * along
+        return chosen
 
     def collides(self, orca: sf.PriorityORCA) -> bool:
         return bool(collide_within_horizon(self.scene(), self.chosen(orca)).any())

@@ -19,7 +19,9 @@ DT = 0.2
 TOLERANCE = 1e-7
 
 
-def sees_and_wants(scene: sf.Scene, v_opt: VOpt) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def sees_and_wants(
+    scene: sf.Scene, v_opt: VOpt
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     wanted = scene.wanted
     assert wanted is not None
     return scene.velocity if v_opt == "current" else wanted
@@ -52,11 +54,9 @@ def test_every_pair_shares_one_change_by_priority(scene: sf.Scene, v_opt: VOpt, 
 
 
 def test_the_rule_as_printed_gives_the_higher_priority_the_worse_part_of_the_slack() -> None:
-    scene = sf.Scene.from_world(
-        [[0, 0], [3, 0]], [[0.1, 0], [-0.1, 0]], 0.3, priority=[10.0, 1.0]
-    )
+    scene = sf.Scene.from_world([[0, 0], [3, 0]], [[0.1, 0], [-0.1, 0]], 0.3, priority=[10.0, 1.0])
     paper = sf.SafetyFilter([sf.PriorityORCA(TAU, slack_rule="paper")], sf.Holonomic(2.0))
-    with pytest.raises(WrongAllocation, match="robots 0 and 1: priorities 10.0 and 1.0"):
+    with pytest.raises(WrongAllocation, match=r"robots 0 and 1: priorities 10\.0 and 1\.0"):
         assert_priority_allocation(paper, scene, scene.velocity, v_opt=scene.velocity)
     wanted = np.array([[1.5, 0.0], [-1.5, 0.0]])
     high, low = paper.decide(scene, wanted).correction
@@ -124,7 +124,11 @@ def test_equal_priorities_are_the_half_planes_of_rvo2(scene: sf.Scene) -> None:
 
 
 @given(
-    st.floats(1.0, 4.0), st.tuples(radii(), radii()), velocities(1.0), velocities(1.0), velocities(1.0)
+    st.floats(1.0, 4.0),
+    st.tuples(radii(), radii()),
+    velocities(1.0),
+    velocities(1.0),
+    velocities(1.0),
 )
 def test_a_robot_at_its_wanted_velocity_keeps_it_against_a_millionth_of_its_priority(
     gap: float,
@@ -169,7 +173,7 @@ def test_pairs_on_a_collision_course_give_way_together_until_they_graze_and_no_m
     # Fast enough to cover the distance within the horizon, aimed between the two tangents.
     closing = haste * distance / TAU * np.array([np.cos(angle), np.sin(angle)])
     scene = sf.Scene.from_world(
-        [[0.0, 0.0], [distance, 0.0]], [other + closing, other], radius, priority=priority
+        [[0.0, 0.0], [distance, 0.0]], np.stack([other + closing, other]), radius, priority=priority
     )
     rows = sf.PriorityORCA(TAU).half_spaces(scene, scene.velocity, np.arange(2))
     normal = rows.normals[:, 0]

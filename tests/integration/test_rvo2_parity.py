@@ -1,269 +1,275 @@
 """Half-planes, velocities and objectives equal those of RVO2, along RVO2's own examples.
 
-RVO2 runs alone; in the states that it goes through (teacher forcing) the filter is given exactly the numbers that RVO2
-holds, in single precision, and both answers are compared. Geometry: Circle.cpp and Blocks.cpp of github.com/snape/RVO2.
+RVO2 runs alone. In the states that it goes through (teacher forcing) the filter is given exactly the numbers that RVO2
+holds, and the answers are compared twice: with the filter's own half-planes, and with RVO2's half-planes fed in as
+user rows, which leaves the solvers to be compared. RVO2 computes in single precision: where two robots nearly touch,
+|p|^2 - R^2 cancels in its lines. Its lines against obstacles are always fed in, hard, as they are in its own programs.
 
-Letters: N robots, L lines. m, m/s, s.
+Sources: Circle.cpp and Blocks.cpp of github.com/snape/RVO2. Letters: N robots, L lines. m, m/s, s.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import pyrvo
 import pytest
 
 import safefilter as sf
-from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.arrays import FloatArray, IntArray
 
-NEIGHBOUR_DISTANCE = 15.0
+REACH = 15.0
 MAX_NEIGHBOURS = 10
 MAX_SPEED = 2.0
 DT = 0.25
+MAX_STEPS = 2000
 # RVO2 holds the speed to a disc; this polygon is within 6e-7 m/s of it.
-SIDES = 4096
-SINGLE_PRECISION = 1e-4
+KINEMATICS = sf.Holonomic(MAX_SPEED, sides=4096)
+LINE_TOLERANCE = 1e-4
+VELOCITY_TOLERANCE = 1e-3
+OBJECTIVE_TOLERANCE = 1e-5
+# Parts of lines and answers that may differ by more, because RVO2 computes in single precision.
+ROUNDED_PART = 1e-3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class State:
+class Example(NamedTuple):
+    """One of RVO2's examples, set up."""
+
+    sim: pyrvo.RVOSimulator
+    goal: FloatArray
+    time_horizon: float
+    radius: float
+    noise: float
+
+
+class Lines(NamedTuple):
+    """RVO2's lines of one robot as rows ``normals @ v >= offsets``, those against obstacles first."""
+
+    normals: FloatArray
+    offsets: FloatArray
+    num_obstacles: int
+
+    @property
+    def of_obstacles(self) -> tuple[FloatArray, FloatArray]:
+        return self.normals[: self.num_obstacles], self.offsets[: self.num_obstacles]
+
+    @property
+    def of_robots(self) -> tuple[FloatArray, FloatArray]:
+        return self.normals[self.num_obstacles :], self.offsets[self.num_obstacles :]
+
+
+class State(NamedTuple):
     """What RVO2 saw in one step, and what it made of it."""
 
     position: FloatArray
     velocity: FloatArray
     wanted: FloatArray
     neighbours: list[list[int]]
-    normals: list[FloatArray]
-    offsets: list[FloatArray]
+    lines: list[Lines]
     answer: FloatArray
 
-    def num_walls(self, robot: int) -> int:
-        """Number of lines against obstacles; they come first."""
-        return len(self.offsets[robot]) - len(self.neighbours[robot])
+
+@dataclass(slots=True)
+class Answers:
+    """How the answers of the filter differ from RVO2's."""
+
+    cases: IntArray = field(default_factory=lambda: np.zeros(4, dtype=np.int64))
+    velocities_off: int = 0
+    largest_velocity_difference: float = 0.0
+    objectives_off: int = 0
+    rvo2_better_by: float = 0.0
+    rvo2_worse_by: float = 0.0
+
+    @property
+    def num_nearest(self) -> int:
+        return int(self.cases[1] + self.cases[2])
 
 
 @dataclass(slots=True)
 class Tally:
     states: int = 0
     lines: int = 0
-    wrong_lines: int = 0
+    lines_off: int = 0
     other_neighbours: int = 0
-    decisions: int = 0
-    cases: IntArray = field(default_factory=lambda: np.zeros(4, dtype=np.int64))
-    velocity_difference: float = 0.0
-    objective_difference: float = 0.0
-    best_excess: float = 0.0
+    own_rows: Answers = field(default_factory=Answers)
+    rvo2_rows: Answers = field(default_factory=Answers)
 
 
-class ObstacleLines:
-    """RVO2's lines against obstacles as hard rows: it never gives them up either."""
+class Rvo2Rows:
+    """RVO2's lines as a constraint."""
 
-    name = "rvo2_obstacles"
-
-    def __init__(self, state: State) -> None:
-        self._state = state
+    def __init__(self, name: str, rows: list[tuple[FloatArray, FloatArray]], *, hard: bool) -> None:
+        self.name, self._rows, self._hard = name, rows, hard
 
     def half_spaces(self, scene: sf.Scene, action: FloatArray, index: IntArray) -> sf.HalfSpaces:
         del scene, action
-        return padded(self._state, [(robot, 0, self._state.num_walls(robot)) for robot in index], True)
+        rows = [self._rows[i] for i in index]
+        shape = (len(rows), max(len(offsets) for _, offsets in rows))
+        normals, offsets = np.tile([1.0, 0.0], (*shape, 1)), np.zeros(shape)
+        present = np.zeros(shape, dtype=np.bool_)
+        for k, (own_normals, own_offsets) in enumerate(rows):
+            normals[k, : len(own_offsets)] = own_normals
+            offsets[k, : len(own_offsets)] = own_offsets
+            present[k, : len(own_offsets)] = True
+        hard, labels = np.full(shape, self._hard), np.full((*shape, 2), (0, -1))
+        return sf.HalfSpaces(normals, offsets, hard, present, labels, (self.name,))
 
 
-class Rvo2Neighbours:
-    """Soft rows of the filter's own, but of the neighbours that RVO2 used."""
-
-    name = "rvo2_neighbours"
-
-    def __init__(self, state: State, every_row: sf.HalfSpaces) -> None:
-        self._state, self._every_row = state, every_row
-
-    def half_spaces(self, scene: sf.Scene, action: FloatArray, index: IntArray) -> sf.HalfSpaces:
-        del scene, action
-        every = self._every_row
-        used = np.stack([np.isin(every.labels[i, :, 1], self._state.neighbours[i]) for i in index])
-        return sf.HalfSpaces(
-            every.normals[index],
-            every.offsets[index],
-            every.hard[index],
-            every.present[index] & used,
-            every.labels[index] * [0, 1],
-            (self.name,),
-        )
-
-
-def padded(state: State, ranges: list[tuple[int, int, int]], is_hard: bool) -> sf.HalfSpaces:
-    """Lines [first, last) of each robot named, as one block of rows."""
-    most = max((last - first for _, first, last in ranges), default=0)
-    normals = np.tile([1.0, 0.0], (len(ranges), most, 1))
-    offsets = np.zeros((len(ranges), most))
-    present: BoolArray = np.zeros((len(ranges), most), dtype=np.bool_)
-    for k, (robot, first, last) in enumerate(ranges):
-        normals[k, : last - first] = state.normals[robot][first:last]
-        offsets[k, : last - first] = state.offsets[robot][first:last]
-        present[k, : last - first] = True
-    labels = np.full((len(ranges), most, 2), (0, -1))
-    return sf.HalfSpaces(
-        normals, offsets, np.full_like(present, is_hard), present, labels, (ObstacleLines.name,)
-    )
-
-
-def unit(direction: tuple[float, float]) -> tuple[float, float]:
-    length = math.hypot(*direction)
-    return direction[0] / length, direction[1] / length
-
-
-def lines_of(sim: pyrvo.RVOSimulator, robot: int) -> tuple[FloatArray, FloatArray]:
-    """RVO2's (direction, point), with the permitted side to the left, as unit normals and offsets."""
-    normals, offsets = [], []
-    for k in range(sim.get_agent_num_orca_lines(robot)):
-        direction, point = sim.get_agent_orca_line(robot, k)
-        d_x, d_y = unit(direction)
-        normals.append((-d_y, d_x))
-        offsets.append(-d_y * point[0] + d_x * point[1])
-    return np.array(normals).reshape(-1, 2), np.array(offsets)
-
-
-def pairs(getter: object, num_robots: int) -> FloatArray:
-    assert callable(getter)
-    return np.array([getter(i).to_tuple() for i in range(num_robots)])
-
-
-def states(
-    sim: pyrvo.RVOSimulator, goal: FloatArray, *, noise: float, every: int, max_steps: int
-) -> Iterator[State]:
-    """Let RVO2 run until every robot has arrived; yields every k-th state."""
-    rng = np.random.default_rng(0)
-    num_robots = len(goal)
-    for step in range(max_steps):
-        position = pairs(sim.get_agent_position, num_robots)
-        to_goal = goal - position
-        distance = np.hypot(*to_goal.T)
-        if (distance < 20.0).all():
-            return
-        wanted = to_goal / np.maximum(1.0, distance)[:, None] + rng.uniform(-noise, noise, (num_robots, 2))
-        for i in range(num_robots):
-            sim.set_agent_pref_velocity(i, tuple(wanted[i]))
-        velocity = pairs(sim.get_agent_velocity, num_robots)
-        # As rounded by RVO2.
-        wanted = pairs(sim.get_agent_pref_velocity, num_robots)
-        sim.do_step()
-        if step % every == 0:
-            lines = [lines_of(sim, i) for i in range(num_robots)]
-            counts = [sim.get_agent_num_agent_neighbors(i) for i in range(num_robots)]
-            neighbours = [
-                [sim.get_agent_agent_neighbor(i, k) for k in range(counts[i])]
-                for i in range(num_robots)
-            ]
-            yield State(
-                position,
-                velocity,
-                wanted,
-                neighbours,
-                [normals for normals, _ in lines],
-                [offsets for _, offsets in lines],
-                pairs(sim.get_agent_velocity, num_robots),
-            )
-
-
-def circle() -> tuple[pyrvo.RVOSimulator, FloatArray, float, float]:
-    """RVO2's Circle.cpp: (simulator, goals, time horizon, radius)."""
+def simulator(time_horizon: float, radius: float) -> pyrvo.RVOSimulator:
     sim = pyrvo.RVOSimulator()
     sim.set_time_step(DT)
-    sim.set_agent_defaults(NEIGHBOUR_DISTANCE, MAX_NEIGHBOURS, 10.0, 10.0, 1.5, MAX_SPEED)
+    sim.set_agent_defaults(REACH, MAX_NEIGHBOURS, time_horizon, time_horizon, radius, MAX_SPEED)
+    return sim
+
+
+def circle() -> Example:
+    sim = simulator(10.0, 1.5)
     angle = 2.0 * np.pi * np.arange(250) / 250.0
     start = 200.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     for place in start:
         sim.add_agent(tuple(place))
-    return sim, -start, 10.0, 1.5
+    return Example(sim, -start, 10.0, 1.5, 0.0)
 
 
-def blocks() -> tuple[pyrvo.RVOSimulator, FloatArray, float, float]:
-    """RVO2's Blocks.cpp: four groups, a crossing between four square blocks."""
-    sim = pyrvo.RVOSimulator()
-    sim.set_time_step(DT)
-    sim.set_agent_defaults(NEIGHBOUR_DISTANCE, MAX_NEIGHBOURS, 5.0, 5.0, 2.0, MAX_SPEED)
-    goal = []
+def blocks() -> Example:
+    """Four groups cross between four square blocks, at 10 m from the axes and 30 m wide."""
+    sim = simulator(5.0, 2.0)
+    quadrants = np.array([(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
     for i in range(5):
         for j in range(5):
-            for x, y in ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)):
-                sim.add_agent((x * (55.0 + 10.0 * i), y * (55.0 + 10.0 * j)))
-                goal.append((-75.0 * x, -75.0 * y))
-    for x, y in ((-25.0, 25.0), (25.0, 25.0), (25.0, -25.0), (-25.0, -25.0)):
-        sim.add_obstacle([
-            (x + 15.0, y + 15.0), (x - 15.0, y + 15.0), (x - 15.0, y - 15.0), (x + 15.0, y - 15.0)
-        ])  # fmt: skip
+            for quadrant in quadrants:
+                sim.add_agent(tuple(quadrant * (55.0 + 10.0 * i, 55.0 + 10.0 * j)))
+    square = 15.0 * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+    for quadrant in quadrants:
+        sim.add_obstacle([tuple(corner) for corner in 25.0 * quadrant + square])
     sim.process_obstacles()
-    return sim, np.array(goal), 5.0, 2.0
+    return Example(sim, np.tile(-75.0 * quadrants, (25, 1)), 5.0, 2.0, 1e-4)
 
 
-def compare(state: State, time_horizon: float, radius: float, tally: Tally) -> None:
-    """Compare lines, velocities and objectives of one state."""
-    scene = sf.Scene.from_world(state.position, state.velocity, radius, reach=NEIGHBOUR_DISTANCE)
-    index = np.arange(scene.num_robots)
-    every_row = sf.PriorityORCA(time_horizon, overlap_time=DT).half_spaces(scene, state.wanted, index)
-    compare_lines(state, every_row, tally)
+def vectors(getter: Callable[[int], pyrvo.Vector2], num_robots: int) -> FloatArray:
+    return np.array([getter(i).to_tuple() for i in range(num_robots)])
+
+
+def lines_of(sim: pyrvo.RVOSimulator, robot: int) -> Lines:
+    """Turn RVO2's (direction, point), with the permitted side to the left, into rows."""
+    count = sim.get_agent_num_orca_lines(robot)
+    lines = np.array([sim.get_agent_orca_line(robot, k) for k in range(count)]).reshape(-1, 2, 2)
+    direction, point = lines[:, 0], lines[:, 1]
+    direction /= np.hypot(direction[:, 0], direction[:, 1])[:, None]
+    normals = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+    num_obstacles = count - sim.get_agent_num_agent_neighbors(robot)
+    return Lines(normals, (normals * point).sum(axis=1), num_obstacles)
+
+
+def states(example: Example, every: int) -> Iterator[State]:
+    """Let RVO2 run; yields every k-th state."""
+    sim, robots = example.sim, range(len(example.goal))
+    rng = np.random.default_rng(0)
+    for step in range(MAX_STEPS):
+        position = vectors(sim.get_agent_position, len(robots))
+        to_goal = example.goal - position
+        distance = np.hypot(to_goal[:, 0], to_goal[:, 1])
+        wanted = to_goal / np.maximum(1.0, distance)[:, None]
+        wanted += rng.uniform(-example.noise, example.noise, wanted.shape)
+        for i in robots:
+            sim.set_agent_pref_velocity(i, tuple(wanted[i]))
+        wanted_as_rounded = vectors(sim.get_agent_pref_velocity, len(robots))
+        velocity = vectors(sim.get_agent_velocity, len(robots))
+        sim.do_step()
+        if step % every == 0:
+            neighbours = [
+                [
+                    sim.get_agent_agent_neighbor(i, k)
+                    for k in range(sim.get_agent_num_agent_neighbors(i))
+                ]
+                for i in robots
+            ]
+            yield State(
+                position,
+                velocity,
+                wanted_as_rounded,
+                neighbours,
+                [lines_of(sim, i) for i in robots],
+                vectors(sim.get_agent_velocity, len(robots)),
+            )
+
+
+def compare(state: State, example: Example, tally: Tally) -> None:
+    scene = sf.Scene.from_world(state.position, state.velocity, example.radius, reach=REACH)
+    robots = np.arange(scene.num_robots)
+    compare_lines(state, example, scene, tally)
     orca = sf.PriorityORCA(
-        time_horizon, max_neighbours=MAX_NEIGHBOURS, order="distance", overlap_time=DT
+        example.time_horizon, max_neighbours=MAX_NEIGHBOURS, order="distance", overlap_time=DT
     )
-    chosen = orca.half_spaces(scene, state.wanted, index)
+    kept = orca.half_spaces(scene, state.wanted, robots)
     is_same = np.array([
-        set(chosen.labels[i, chosen.present[i], 1]) == set(state.neighbours[i]) for i in index
+        set(kept.labels[i, kept.present[i], 1]) == set(state.neighbours[i]) for i in robots
     ])
     tally.states += 1
     tally.other_neighbours += int((~is_same).sum())
-    compare_answers(orca, state, scene, index[is_same], tally)
-    compare_answers(Rvo2Neighbours(state, every_row), state, scene, index[~is_same], tally)
+    compare_answers(orca, state, scene, robots[is_same], tally.own_rows)
+    theirs = Rvo2Rows("rvo2_robots", [lines.of_robots for lines in state.lines], hard=False)
+    compare_answers(theirs, state, scene, robots, tally.rvo2_rows)
 
 
-def compare_lines(state: State, every_row: sf.HalfSpaces, tally: Tally) -> None:
+def compare_lines(state: State, example: Example, scene: sf.Scene, tally: Tally) -> None:
+    """Compare the rows of the neighbours that RVO2 used."""
+    orca = sf.PriorityORCA(example.time_horizon, overlap_time=DT)
+    rows = orca.half_spaces(scene, state.wanted, np.arange(scene.num_robots))
     for i, neighbours in enumerate(state.neighbours):
-        place = {int(j): k for k, j in enumerate(every_row.labels[i, :, 1]) if every_row.present[i, k]}
-        rows = [place[j] for j in neighbours]
-        walls = state.num_walls(i)
-        normal = np.abs(every_row.normals[i, rows] - state.normals[i][walls:]).max(axis=1, initial=0.0)
-        offset = np.abs(every_row.offsets[i, rows] - state.offsets[i][walls:])
-        tally.lines += len(rows)
-        tally.wrong_lines += int((np.maximum(normal, offset) > SINGLE_PRECISION).sum())
+        places = {int(j): place for place, j in enumerate(rows.labels[i, rows.present[i], 1])}
+        used = [places[j] for j in neighbours]
+        normals, offsets = state.lines[i].of_robots
+        off_by = np.abs(rows.normals[i, used] - normals).max(axis=1, initial=0.0)
+        off_by = np.maximum(off_by, np.abs(rows.offsets[i, used] - offsets))
+        tally.lines += len(used)
+        tally.lines_off += int((off_by > LINE_TOLERANCE).sum())
 
 
 def compare_answers(
-    soft: sf.Constraint, state: State, scene: sf.Scene, index: IntArray, tally: Tally
+    soft: sf.Constraint, state: State, scene: sf.Scene, index: IntArray, answers: Answers
 ) -> None:
-    if len(index) == 0:
-        return
-    constraints = [soft, ObstacleLines(state)]
-    safety_filter = sf.SafetyFilter(constraints, sf.Holonomic(MAX_SPEED, sides=SIDES))
-    decision = safety_filter.decide(scene, state.wanted[index], index)
-    assert set(decision.fault_names) <= {"NONE"}
+    hard = Rvo2Rows("rvo2_obstacles", [lines.of_obstacles for lines in state.lines], hard=True)
+    decision = sf.SafetyFilter([soft, hard], KINEMATICS).decide(scene, state.wanted[index], index)
+    assert set(decision.fault_names) == {"NONE"}
     assert decision.optimal.all()
-    tally.decisions += len(index)
-    tally.cases += np.bincount(decision.case, minlength=4)
-    is_least = decision.case == sf.Case.LEAST_VIOLATION
-    difference = np.abs(decision.velocity - state.answer[index]).max(axis=1, initial=0.0)
-    tally.velocity_difference = max(
-        tally.velocity_difference, float(difference[~is_least].max(initial=0.0))
+    answers.cases += np.bincount(decision.case, minlength=4)
+    is_nearest = decision.case != sf.Case.LEAST_VIOLATION
+    off_by = np.abs(decision.velocity - state.answer[index]).max(axis=1)[is_nearest]
+    answers.velocities_off += int((off_by > VELOCITY_TOLERANCE).sum())
+    answers.largest_velocity_difference = max(
+        answers.largest_velocity_difference, float(off_by.max(initial=0.0))
     )
-    for k in np.flatnonzero(is_least):
-        robot, walls = index[k], state.num_walls(index[k])
-        normals, offsets = state.normals[robot][walls:], state.offsets[robot][walls:]
-        theirs = float((offsets - normals @ state.answer[robot]).max())
-        excess = float(decision.violation[k]) - theirs
-        tally.objective_difference = max(tally.objective_difference, abs(excess))
-        tally.best_excess = max(tally.best_excess, excess)
+    for k in np.flatnonzero(~is_nearest):
+        normals, offsets = state.lines[index[k]].of_robots
+        objective = float((offsets - normals @ state.answer[index[k]]).max())
+        excess = float(decision.violation[k]) - objective
+        answers.objectives_off += abs(excess) > OBJECTIVE_TOLERANCE
+        answers.rvo2_better_by = max(answers.rvo2_better_by, excess)
+        answers.rvo2_worse_by = max(answers.rvo2_worse_by, -excess)
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize(
-    ("example", "noise", "every"), [(circle, 0.0, 10), (blocks, 1e-4, 4)], ids=["circle", "blocks"]
-)
-def test_lines_velocities_and_objectives_equal_those_of_rvo2(example, noise, every) -> None:  # type: ignore[no-untyped-def]
-    sim, goal, time_horizon, radius = example()
-    tally = Tally()
-    for state in states(sim, goal, noise=noise, every=every, max_steps=3000):
-        compare(state, time_horizon, radius, tally)
-    print(f"\n{example.__name__}: {tally}")
-    assert tally.wrong_lines <= 1e-3 * tally.lines
-    assert tally.velocity_difference <= 1e-3
-    assert tally.objective_difference <= 1e-5
+@pytest.mark.parametrize(("make_example", "every"), [(circle, 20), (blocks, 10)])
+def test_lines_and_answers_equal_those_of_rvo2(
+    make_example: Callable[[], Example], every: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    example, tally = make_example(), Tally()
+    for state in states(example, every):
+        compare(state, example, tally)
+    with capsys.disabled():
+        print(f"\n{make_example.__name__}: {tally}")  # noqa: T201 - the figures are what is asked for
+    own, given = tally.own_rows, tally.rvo2_rows
+    # The congested middle is part of the run.
+    assert own.cases[1:].min() > 0.1 * own.cases.sum()
+    assert tally.lines_off <= ROUNDED_PART * tally.lines
+    assert tally.other_neighbours <= ROUNDED_PART * own.cases.sum()
+    assert own.velocities_off <= ROUNDED_PART * own.num_nearest
+    assert own.objectives_off <= ROUNDED_PART * own.cases[3]
+    # From the same rows: every velocity; and RVO2 is never better, though it is worse where its own LP gives up.
+    assert given.velocities_off == 0
+    assert given.rvo2_better_by <= OBJECTIVE_TOLERANCE
+    assert given.objectives_off <= ROUNDED_PART * given.cases[3]

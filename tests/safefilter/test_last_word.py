@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from safefilter.arrays import FloatArray
@@ -135,6 +135,31 @@ def test_between_two_touching_robots_a_robot_slides_out(is_single: bool) -> None
     # One on the left and one on the right: the passage has no width to spare, the way ahead is free.
     done = said([(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)], 0.0, 0.15, is_single=is_single)
     assert done == (0.0, pytest.approx(0.15, abs=1e-8))
+
+
+@pytest.mark.parametrize("is_single", [False, True])
+@given(
+    opening=st.floats(1e-3, 3.0),
+    angle=st.floats(0.0, 6.3),
+    speed=st.floats(0.01, 0.19),
+    place=st.integers(0, 1),
+)
+# In contact with one robot, and held by the budget of another that is almost opposite: a push off either one is a
+# push into the other.
+@example(opening=0.01, angle=1.0, speed=0.1, place=0)
+def test_in_the_corner_of_two_budgets_a_robot_keeps_moving(
+    opening: float, angle: float, speed: float, place: int, is_single: bool
+) -> None:
+    x, y = speed * math.cos(angle), speed * math.sin(angle)
+    touched = (-math.sin(angle), math.cos(angle), 0.0)
+    across = angle + math.pi / 2.0 + math.pi - opening
+    n_x, n_y = math.cos(across), math.sin(across)
+    # The second budget holds with equality: a row with an offset <= 0 that the velocity ends on.
+    offset = n_x * x + n_y * y
+    assume(offset <= -1e-4)
+    rows: list[Row] = [touched, (n_x, n_y, offset)]
+    done = said(rows[::-1] if place else rows, x, y, is_single=is_single)
+    assert math.hypot(done[0] - x, done[1] - y) <= (2e-4 if is_single else 1e-9)
 
 
 @given(angle=st.floats(0.0, 6.3), away=st.floats(0.01, 3.1), speed=st.floats(1e-9, 0.199))

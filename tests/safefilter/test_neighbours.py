@@ -101,6 +101,14 @@ def test_everyone_in_one_place_sees_everyone() -> None:
         assert len(neighbours) == 69
 
 
+def test_worlds_that_share_a_bucket_stay_apart() -> None:
+    # The hash of the second world differs by a multiple of the number of buckets.
+    world = np.array([0, 2**20] * 35)
+    position = np.full((70, 2), 0.5)
+    assert bucket(0, 0, 0, 256) == bucket(0, 0, 2**20, 256)
+    assert lists(position, world, 1.0) == brute_force(position, world, 1.0)
+
+
 def test_exactly_at_the_reach_is_within() -> None:
     assert in_crowd([[0.0, 0.0], [3.0, 4.0]], 5.0) == [[1], [0]]
     assert in_crowd([[0.0, 0.0], [3.0, 4.0]], math.nextafter(5.0, 0.0)) == [[], []]

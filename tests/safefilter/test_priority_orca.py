@@ -11,6 +11,7 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
+from safefilter import DifferentialDrive, SafetyFilter
 from safefilter.arrays import FloatArray
 from safefilter.constraints.priority_orca import (
     NEVER,
@@ -185,6 +186,24 @@ def test_paper_rule_is_eq_15_on_both_branches(a: float, b: float) -> None:
 @given(along=speeds, share=st.floats(0.0, 1.0), change=speeds)
 def test_offset_lies_the_share_beyond_v_opt(along: float, share: float, change: float) -> None:
     assert row_offset(along, share, change) - along == pytest.approx(share * change, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "nearest", "norm"),
+    [
+        pytest.param([[1.0, 0.25], [-1.0, -0.25]], 0.8, -0.8, id="head-on: on the right"),
+        pytest.param([[3.0, -0.25], [1.0, 0.25]], -0.8, 0.8, id="same heading: on the left"),
+        pytest.param([[2.0, 0.0], [0.0, 0.5]], -0.8, -0.8, id="crossing: the nearest side"),
+    ],
+)
+def test_leg_is_chosen_as_asked_for(
+    velocity: list[list[float]], nearest: float, norm: float
+) -> None:
+    # Legs of discs with sides 3, 4, 5.
+    meeting = Meeting([[0.0, 0.0], [5.0, 0.0]], velocity, [1.0, 2.0])
+    for leg, n_y in (("nearest", nearest), ("norm", norm)):
+        rows = meeting.rows(PriorityORCA(5.0, leg=leg))  # type: ignore[arg-type]  # a Leg
+        np.testing.assert_allclose(rows.normals[:, 0], [[-0.6, n_y], [0.6, -n_y]], atol=1e-15)
 
 
 @given(
@@ -399,6 +418,28 @@ def test_radii_grow_by_hand() -> None:
     assert grown_radius(1.0, 3.0, 0.25) == 1.5
     assert grown_radius(1.0, 1.25, 0.25) == 1.25
     assert grown_radius(1.0, 0.5, 0.25) == 1.0
+
+
+@given(meeting=meetings(), error=st.floats(1e-3, 0.1))
+def test_robots_that_track_with_an_error_are_that_much_larger(
+    meeting: Meeting, error: float
+) -> None:
+    gap = math.dist(*meeting.position) - sum(meeting.radius)
+    assume(gap > 3.0 * error)
+    drive = DifferentialDrive(1.0, 1.0, 0.1, error)
+    tracked = Scene.from_world(
+        meeting.position, meeting.velocity, meeting.radius, heading=0.0, priority=meeting.priority
+    )
+    rows = SafetyFilter([PriorityORCA(2.0)], drive).half_spaces(tracked, np.zeros((2, 2)))
+    larger = [radius + error for radius in meeting.radius]
+    grown = Meeting(
+        meeting.position, meeting.velocity, larger, meeting.wanted, meeting.priority
+    ).rows(PriorityORCA(2.0))
+    soft = rows.present & ~rows.hard
+    assert soft.sum(axis=1).tolist() == [1, 1]
+    # Rounding of the radius decides the side where both are as near.
+    assume(np.abs(rows.normals[soft] - grown.normals[:, 0]).max() < 0.1)
+    np.testing.assert_allclose(rows.offsets[soft], grown.offsets[:, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -458,7 +458,9 @@ def test_both_robots_see_the_same_kind_of_encounter(
 def test_norms_choose_the_leg_whatever_is_nearer(
     kind: int, normal: tuple[float, float], v_y: float
 ) -> None:
-    found = boundary_by_norm(APART._replace(v_x=2.0, v_y=v_y), kind)
+    pair = APART._replace(v_x=2.0, v_y=v_y)
+    found = boundary_by_norm(pair, kind)
+    assert boundary_by_norm(pair.turned(), kind) == (-found.n_y, found.n_x, found.change)
     assert found == pytest.approx((*normal, -2.0 * normal[0] - v_y * normal[1]), abs=1e-15)
 
 

@@ -1,0 +1,300 @@
+"""Alg. 2 of Qin et al. for robots in the plane: the built-in solver for the whole batch, then another backend if asked.
+
+The conductor of this path: `box_decisions` is that of actions in any number of dimensions. Each step takes records and
+returns records; none calls the next.
+
+Letters: B decisions, N robots, M rows. m/s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from time import perf_counter
+
+import numpy as np
+import numpy.typing as npt
+
+from safefilter.arrays import FloatArray, IntArray, finite_array
+from safefilter.backend_answer import Solvers, ask_backend
+from safefilter.batch.decide import decide_range, finish_batch
+from safefilter.batch.records import (
+    Limits,
+    Options,
+    Outcome,
+    Problem,
+    Results,
+    outcome_of,
+    plain,
+)
+from safefilter.batch.robots import robots_of
+from safefilter.batch.rows import collect_rows
+from safefilter.certificate import Certificate
+from safefilter.constraints.constraint import Constraint
+from safefilter.constraints.priority_orca import NO_ORCA, PriorityORCA
+from safefilter.constraints.row_buffers import half_spaces_from_rows
+from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.constraints.separation import NO_SEPARATION, Separation
+from safefilter.constraints.static_obstacles import NO_STATIC, StaticObstacles
+from safefilter.constraints.user_rows import user_rows
+from safefilter.decision import Case, Decision, Fault
+from safefilter.decision_check import check_decision, refused
+from safefilter.decision_record import Asked, decision_of, take_answer
+from safefilter.errors import EmptyHardSet, InvalidInput, OutOfRange, ShapeError
+from safefilter.half_spaces import HalfSpaces
+from safefilter.jit import source_of
+from safefilter.kinematics.drive import wanted_velocities
+from safefilter.kinematics.holonomic import Holonomic
+from safefilter.programs.convex_program import ConvexProgram
+from safefilter.programs.nearest_velocity import nearest_velocity
+from safefilter.scene import Scene
+from safefilter.threads import over_ranges
+
+_name_columns = source_of(outcome_of)
+
+
+class RobotDecisions:
+    """Decides on velocities and commands of robots; arguments and errors of the public methods as in `SafetyFilter`."""
+
+    def __init__(
+        self,
+        constraints: tuple[Constraint, ...],
+        kinematics: Holonomic,
+        *,
+        backend: str,
+        solvers: Solvers | None,
+        tolerance: float,
+        fallback: npt.ArrayLike | None,
+        right_bias: float,
+    ) -> None:
+        """Check the fallback, and sort the constraints.
+
+        Raises:
+            ShapeError: If the fallback is not of shape (2,).
+            NotFinite: If it is not finite.
+        """
+        self.kinematics = kinematics
+        self._backend = backend
+        self._solvers = solvers
+        self._tolerance = tolerance
+        self._fallback = None if fallback is None else finite_array(fallback, "fallback", (2,))
+        self._right_bias = right_bias
+        self._set_constraints(constraints)
+
+    def _set_constraints(self, constraints: tuple[Constraint, ...]) -> None:
+        self.constraints = constraints
+        self._orca, self._separation, self._static = NO_ORCA, NO_SEPARATION, NO_STATIC
+        self._own: dict[int, Constraint] = {}
+        for number, constraint in enumerate(self.constraints, start=1):
+            if isinstance(constraint, PriorityORCA) and not self._orca.is_used:
+                self._orca = constraint.settings(number, self.kinematics.tracking_error)
+            elif isinstance(constraint, Separation) and not self._separation.is_used:
+                self._separation = constraint.settings(number, len(self.constraints) + 1)
+            elif isinstance(constraint, StaticObstacles) and not self._static.is_used:
+                self._static = constraint.settings(number)
+            else:
+                self._own[number] = constraint
+
+    def with_constraints(self, constraints: tuple[Constraint, ...]) -> RobotDecisions:
+        """Obey these constraints, and share the rest."""
+        other = object.__new__(RobotDecisions)
+        vars(other).update(vars(self))
+        other._set_constraints(constraints)
+        return other
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """What the first number of a label stands for."""
+        names = (constraint.name for constraint in self.constraints)
+        return (self.kinematics.name, *names, Separation.wall_name)
+
+    def decide(
+        self, scene: Scene, action: npt.ArrayLike, index: Sequence[int] | IntArray | None
+    ) -> Decision:
+        """Decide what executes."""
+        start = perf_counter()
+        given = np.asarray(action)
+        problem = self._problem(scene, given, index)
+        options = self._options(is_single=given.dtype == np.float32)
+        results = Results.empty(len(problem.index))
+        work = partial(decide_range, plain(problem), plain(options), plain(results))
+        over_ranges(work, len(problem.index))
+        outcome = _name_columns(results)
+        built = 0.0
+        if self._solvers is not None:
+            built = self._ask(self._solvers, scene, problem, options, results)
+        # As bytes: searching an array takes 4 us.
+        if Fault.EMPTY_HARD_SET in outcome.fault.tobytes():
+            self._fall_back(problem, options, results, outcome)
+        elapsed = perf_counter() - start
+        asked = Asked(problem.wanted, problem.index, self._backend, built, elapsed - built)
+        action = outcome.action.astype(np.float32) if options.is_single else outcome.action
+        return decision_of(outcome, action, asked)
+
+    def half_spaces(
+        self, scene: Scene, action: npt.ArrayLike, index: Sequence[int] | IntArray | None
+    ) -> HalfSpaces:
+        """Show the rows."""
+        rows, _, _ = self._rows(self._problem(scene, np.asarray(action), index))
+        return rows
+
+    def certify(
+        self, scene: Scene, action: npt.ArrayLike, decision: Decision, *, exact: bool
+    ) -> tuple[Certificate, ...]:
+        """Check decisions again."""
+        given = np.asarray(action)
+        problem = self._problem(scene, given, decision.index)
+        is_lost = ~np.isfinite(problem.wanted).all(axis=1)
+        problem.wanted[is_lost] = 0.0
+        if problem.drive.is_used:
+            problem.drive.command[is_lost] = 0.0
+        rows, array, sections = self._rows(problem)
+        results = Results.empty(len(decision))
+        again = _name_columns(results)
+        again.velocity[:] = decision.velocity
+        options = self._options(is_single=decision.action.dtype == np.float32)
+        finish_batch(problem, options, results, array, sections)
+        targets = self.biased(problem.wanted)
+        limit = self.kinematics.speed_limit(scene)[problem.index]
+        certificates = []
+        for k in range(len(decision)):
+            target = problem.wanted if decision.case[k] == Case.SAFE else targets
+            if not again.certified[k]:
+                certificate = refused("the hard rows do not hold on what executes", exact=exact)
+            elif (again.action[k] != decision.action[k]).any():
+                certificate = refused(
+                    "the action is not the last word on the velocity", exact=exact
+                )
+            else:
+                certificate = check_decision(
+                    rows, target, decision, k, float(limit[k]), exact=exact
+                )
+            certificates.append(certificate)
+        return tuple(certificates)
+
+    def program(self, scene: Scene, action: npt.ArrayLike, index: int) -> ConvexProgram:
+        """Show the Case-2 program of one robot."""
+        wanted = finite_array(action, "action", (2,))
+        rows = self.half_spaces(scene, wanted[None], [index])
+        return nearest_velocity(rows, 0, self.biased(wanted[None])[0])
+
+    def biased(self, wanted: FloatArray) -> FloatArray:
+        """Turn wanted velocities, shape (B, 2), by the right bias: the target of Case-2 and Case-3."""
+        options = self._options(is_single=False)
+        x, y = wanted[:, 0], wanted[:, 1]
+        return np.stack(
+            [
+                options.bias_cos * x + options.bias_sin * y,
+                options.bias_cos * y - options.bias_sin * x,
+            ],
+            axis=1,
+        )
+
+    def _options(self, *, is_single: bool) -> Options:
+        return Options(
+            self._tolerance, math.cos(self._right_bias), math.sin(self._right_bias), bool(is_single)
+        )
+
+    def _problem(
+        self,
+        scene: Scene,
+        action: npt.NDArray[np.generic],
+        index: Sequence[int] | IntArray | None,
+    ) -> Problem:
+        if not isinstance(scene, Scene):
+            raise InvalidInput(
+                f"scene: expected a Scene, got {type(scene).__name__}; states of your own go with a Box of actions"
+            )
+        robots = robots_of(scene, index)
+        if action.shape != (len(robots), 2) or action.dtype.kind not in "fiu":
+            raise ShapeError(
+                f"action: expected numbers of shape ({len(robots)}, 2), one row a robot decided for, "
+                f"got {action.dtype} of shape {action.shape}"
+            )
+        command = np.array(action, dtype=np.float64, order="C")
+        drive = self.kinematics.drive(scene, command)
+        wanted = wanted_velocities(drive, robots, command) if drive.is_used else command
+        for constraint in self.constraints:
+            if isinstance(constraint, PriorityORCA):
+                constraint.require(scene)
+        limits = Limits(
+            self.kinematics.v_max(scene),
+            self.kinematics.speed_limit(scene),
+            self.kinematics.sides,
+            self.kinematics.inner_radius,
+        )
+        self._check_reach(scene, limits.speed_limit)
+        user = user_rows(self._own, scene, wanted, robots)
+        return Problem(
+            scene=SceneArrays.of(scene),
+            index=robots,
+            wanted=wanted,
+            orca=self._orca,
+            separation=self._separation,
+            static=self._static,
+            limits=limits,
+            drive=drive,
+            user=user,
+            capacity=limits.sides.shape[1]
+            + 2 * (scene.most_neighbours + scene.most_walls)
+            + user.array.shape[2],
+            num_neighbours=scene.most_neighbours,
+        )
+
+    def _check_reach(self, scene: Scene, speed_limit: FloatArray) -> None:
+        if math.isinf(scene.reach):
+            return
+        for constraint in self.constraints:
+            if isinstance(constraint, Separation):
+                needed = constraint.required_reach(scene, speed_limit)
+                if scene.reach < needed:
+                    raise OutOfRange(
+                        f"reach: hard rows need every neighbour within {needed:.4g} m, but the scene sees "
+                        f"{scene.reach:.4g} m; pass a larger reach= to Scene.from_world"
+                    )
+
+    def _rows(self, problem: Problem) -> tuple[HalfSpaces, FloatArray, IntArray]:
+        array, label, sections = collect_rows(problem)
+        rows = half_spaces_from_rows(array, label, sections[:, 4], sections[:, 3], self.sources)
+        return rows, array, sections
+
+    def _ask(
+        self,
+        solvers: Solvers,
+        scene: Scene,
+        problem: Problem,
+        options: Options,
+        results: Results,
+    ) -> float:
+        """Replace the built-in answers by the backend's where those are verified; returns the time spent building."""
+        start = perf_counter()
+        outcome = _name_columns(results)
+        open_decisions = np.flatnonzero((outcome.case != Case.SAFE) & (outcome.fault == Fault.NONE))
+        if len(open_decisions) == 0:
+            return 0.0
+        rows, array, sections = self._rows(problem)
+        targets = self.biased(problem.wanted)
+        limit = self.kinematics.speed_limit(scene)[problem.index]
+        built = perf_counter() - start
+        solvers.start()
+        for k in open_decisions:
+            answer = ask_backend(solvers, rows, int(k), targets[k], float(limit[k]))
+            built += answer.build_time
+            take_answer(outcome, int(k), rows, answer, self._tolerance)
+        finish_batch(problem, options, results, array, sections)
+        return built
+
+    def _fall_back(
+        self, problem: Problem, options: Options, results: Results, outcome: Outcome
+    ) -> None:
+        empty = np.flatnonzero(outcome.fault == Fault.EMPTY_HARD_SET)
+        if self._fallback is None:
+            names = ", ".join(constraint.name for constraint in self._own.values())
+            raise EmptyHardSet(
+                f"robots {problem.index[empty].tolist()}: no velocity satisfies all hard rows; those of "
+                f"{names} leave nothing: relax them, make them soft (hard=False), or pass fallback="
+            )
+        outcome.velocity[empty] = self._fallback
+        _, array, sections = self._rows(problem)
+        finish_batch(problem, options, results, array, sections)
