@@ -31,10 +31,11 @@ RULES = Rules()
 SCENARIOS: dict[str, Scenario] = {
     "crossroad": Crossroad(is_walled=True),
     "corridor": Corridor(),
-    "doorway": Doorway(),
+    "doorway, 1 a room": Doorway(num_robots=2),
+    "doorway, 2 a room": Doorway(num_robots=4),
 }
 MAPPINGS: tuple[Mapping, ...] = ("cut", "polygon")
-TRACKING_ERRORS = (0.02, 0.05, 0.1)  # m
+TRACKING_ERRORS = (0.01, 0.02, 0.05, 0.1)  # m
 TURN_TIMES = (0.2, 0.3, 0.5)  # s
 RESULTS = Path(__file__).parent / "results" / "drive_mappings.json"
 

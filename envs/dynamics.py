@@ -24,18 +24,32 @@ class Movement:
     """What robots do in one step: arcs of constant speed, straight where they do not turn.
 
     Attributes:
-        displacement: Velocity at the start times the duration of the step, shape (W, N, 2), in m: where a robot would
-            get to if it did not turn.
-        turn: Angle turned, shape (W, N), in rad.
+        velocity: At the start, shape (W, N, 2), in m/s.
+        turn_rate: Shape (W, N), in rad/s.
+        dt: Duration of the step, in s.
     """
 
-    displacement: FloatArray
-    turn: FloatArray
+    velocity: FloatArray
+    turn_rate: FloatArray
+    dt: float
+
+    @property
+    def displacement(self) -> FloatArray:
+        """Where robots would get to if they did not turn, shape (W, N, 2), in m."""
+        return self.velocity * self.dt
+
+    @property
+    def turn(self) -> FloatArray:
+        """Angle turned, shape (W, N), in rad."""
+        return self.turn_rate * self.dt
+
+    @property
+    def mean_velocity(self) -> FloatArray:
+        """Displacement of the whole step over its duration, shape (W, N, 2), in m/s."""
+        return _chord(self.velocity, self.turn)
 
     def after(self, fraction: FloatArray) -> FloatArray:
         """Displacement after a part of the step.
-
-        The chord of an arc of angle a is sin(a / 2) / (a / 2) times as long as the arc, and turned by a / 2.
 
         Args:
             fraction: Parts of the step, shape (W, N), in [0, 1].
@@ -43,18 +57,17 @@ class Movement:
         Returns:
             Shape (W, N, 2), in m.
         """
-        half = 0.5 * fraction * self.turn
-        part = fraction * np.sinc(half / np.pi)
-        cosine, sine = np.cos(half), np.sin(half)
-        x, y = self.displacement[..., 0], self.displacement[..., 1]
-        chord = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
-        return np.asarray(part[..., np.newaxis] * chord)
+        return fraction[..., np.newaxis] * _chord(self.displacement, fraction * self.turn)
 
-    def mean_velocity(self, dt: float) -> FloatArray:
-        """Displacement of the whole step over its duration, shape (W, N, 2), in m/s."""
-        if not self.turn.any():
-            return self.displacement / dt
-        return self.after(np.ones_like(self.turn)) / dt
+
+def _chord(arc: FloatArray, turn: FloatArray) -> FloatArray:
+    """Chords of arcs that start along ``arc`` and are as long: sin(a / 2) / (a / 2) times that, turned by a / 2."""
+    half = 0.5 * turn
+    part = np.sinc(half / np.pi)
+    cosine, sine = np.cos(half), np.sin(half)
+    x, y = arc[..., 0], arc[..., 1]
+    turned = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
+    return np.asarray(part[..., np.newaxis] * turned)
 
 
 def executable_velocity(command: FloatArray, v_max: FloatArray) -> FloatArray:
@@ -99,7 +112,7 @@ def straight_movement(velocity: FloatArray, dt: float) -> Movement:
         velocity: Shape (W, N, 2), in m/s.
         dt: Duration of the step, in s.
     """
-    return Movement(velocity * dt, np.zeros(velocity.shape[:-1]))
+    return Movement(velocity, np.zeros(velocity.shape[:-1]), dt)
 
 
 def arc_movement(command: FloatArray, heading: FloatArray, dt: float) -> Movement:
@@ -111,4 +124,4 @@ def arc_movement(command: FloatArray, heading: FloatArray, dt: float) -> Movemen
         dt: Duration of the step, in s.
     """
     ahead = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-    return Movement(command[..., :1] * dt * ahead, command[..., 1] * dt)
+    return Movement(command[..., :1] * ahead, command[..., 1], dt)

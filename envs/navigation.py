@@ -104,14 +104,14 @@ class Navigation:
             ShapeError: If the shape is another.
             NotFinite: If an action is NaN or infinite.
         """
-        world, dt = self.world, self.rules.dt
+        world = self.world
         commands = finite_array(actions, "actions", world.position.shape)
         commands[~self._can_move()] = 0.0
         movement = self._movement(commands)
         contacts = find_contacts(world.position, movement, self._bodies())
         world.position[...] += movement.after(contacts.fraction)
         world.heading[...] = _wrapped(world.heading + contacts.fraction * movement.turn)
-        world.velocity[...] = movement.mean_velocity(dt)
+        world.velocity[...] = movement.mean_velocity
         world.step_count[...] += 1
         collided = self._stop_collided(contacts)
         arrived = self._mark_arrivals()
@@ -176,7 +176,7 @@ class Navigation:
         has_map = self.rules.num_beams == 0
         wanted = None
         if actions is not None:
-            wanted = self._movement(actions).mean_velocity(self.rules.dt)[worlds].reshape(-1, 2)
+            wanted = self._movement(actions).mean_velocity[worlds].reshape(-1, 2)
         return Scene.from_world(
             position=world.position[worlds].reshape(-1, 2),
             velocity=world.velocity[worlds].reshape(-1, 2),

@@ -124,9 +124,14 @@ def _draw_place(ax: Axes, moment: Moment) -> None:
         colour = "#0072b2" if robot == own else "0.75"
         ax.add_patch(Circle((x, y), scene.radius[robot], facecolor=colour, edgecolor="k"))
         _draw_heading(ax, scene, robot, (x, y))
-        text = f"{robot}\npr {scene.priority[robot]:g}"
         ax.text(
-            x, y, text, ha="center", va="center", fontsize=7, color="w" if robot == own else "k"
+            x,
+            y - 1.25 * scene.radius[robot],
+            f"{robot}, pr {scene.priority[robot]:g}",
+            ha="center",
+            va="top",
+            fontsize=8,
+            clip_on=True,
         )
     ax.set(
         xlim=(-NEARBY, NEARBY),
@@ -149,7 +154,13 @@ def _draw_heading(ax: Axes, scene: Scene, robot: int, place: tuple[float, float]
             "",
             (place[0] + velocity[0], place[1] + velocity[1]),
             place,
-            arrowprops={"arrowstyle": "->", "color": "#d55e00", "shrinkA": 0.0, "shrinkB": 0.0, "linewidth": 1.6},
+            arrowprops={
+                "arrowstyle": "->",
+                "color": "#d55e00",
+                "shrinkA": 0.0,
+                "shrinkB": 0.0,
+                "linewidth": 1.6,
+            },
             annotation_clip=True,
         )
     elif scene.heading is not None:

@@ -25,7 +25,7 @@ RULES = Rules()
 SCENARIO = Crossroad(is_walled=True)
 TIME_HORIZON = 2.0  # s
 WALL_HORIZON = 1.0  # s
-TRACKING_ERROR = 0.05  # m
+TRACKING_ERROR = 0.02  # m
 
 
 @dataclass(frozen=True, slots=True)

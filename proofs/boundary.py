@@ -15,7 +15,7 @@ import z3
 
 from proofs.apart import parts, supports
 from proofs.prover import Lemma
-from proofs.symbolic import Number, graph, is_total, only_path, paths, symbolic
+from proofs.symbolic import Number, graph, inverse_of, is_total, only_path, paths, symbolic
 from safefilter.constraints import velocity_obstacle as shipped
 
 VANISHING = z3.RealVal(Fraction(shipped.VANISHING))
@@ -125,7 +125,13 @@ def _branch(
             claim(n_x, n_y, P_X, P_Y, RADIUS, HORIZON, n_x * O_X + n_y * O_Y + change),
         ),
         definitions=way.definitions,
+        shift=_from_centre(HORIZON),
     )
+
+
+def _from_centre(horizon: z3.ArithRef) -> dict[z3.ArithRef, z3.ArithRef]:
+    """Measure relative velocities from the centre of the cut-off disc."""
+    return {O_X: P_X * inverse_of(horizon), O_Y: P_Y * inverse_of(horizon)}
 
 
 def leg(*, left: bool) -> Lemma:
@@ -167,7 +173,7 @@ def _cutoff(length: z3.ArithRef) -> Callable[[], tuple[Number, Number, Number]]:
 def cutoff_arc() -> Lemma:
     """Where the cut-off arc is nearest, its half-plane supports VO."""
     length = z3.Real("w_length")
-    w_x, w_y = O_X - P_X / HORIZON, O_Y - P_Y / HORIZON
+    w_x, w_y = O_X - P_X * inverse_of(HORIZON), O_Y - P_Y * inverse_of(HORIZON)
     faces = symbolic(shipped.faces_cutoff)
     ways = paths(lambda: bool(faces(*map(Number, (P_X, P_Y, w_x, w_y, RADIUS)))))
     return _branch(
@@ -186,7 +192,7 @@ def cutoff_arc() -> Lemma:
 def cutoff_overlap() -> Lemma:
     """The cut-off of discs that overlap parts them within its horizon."""
     length = z3.Real("w_length")
-    w_x, w_y = O_X - P_X / HORIZON, O_Y - P_Y / HORIZON
+    w_x, w_y = O_X - P_X * inverse_of(HORIZON), O_Y - P_Y * inverse_of(HORIZON)
     overlaps = symbolic(shipped.is_overlapping)
     ways = paths(lambda: bool(overlaps(Number(P_X * P_X + P_Y * P_Y), Number(RADIUS))))
     return _branch(
@@ -243,12 +249,14 @@ def supporting() -> Lemma:
         },
         claim=I.supports,
         split=("the boundary is the shipped one",),
+        shift=_from_centre(HORIZON),
     )
 
 
 def parting() -> Lemma:
     """Of discs that overlap, the half-plane parts them within the overlap horizon."""
-    w_x, w_y = O_X - P_X / OVERLAP_HORIZON, O_Y - P_Y / OVERLAP_HORIZON
+    inverse = inverse_of(OVERLAP_HORIZON)
+    w_x, w_y = O_X - P_X * inverse, O_Y - P_Y * inverse
     return Lemma(
         name="boundary.parting",
         equation="|p| <= R  =>  the half-plane of norm_boundary parts the discs",
@@ -264,6 +272,7 @@ def parting() -> Lemma:
         },
         claim=I.parts,
         split=("the boundary is the shipped one",),
+        shift=_from_centre(OVERLAP_HORIZON),
     )
 
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from time import perf_counter
+from types import MappingProxyType
 
 import z3
 
@@ -87,6 +88,7 @@ class Lemma:
         steps: What is proved on the way, by name.
         using: As in `Step`, for the claim itself.
         split: As in `Step`, for the claim itself.
+        shift: Variables that z3 finds easier to measure from elsewhere: v becomes v' + shift in the proof of the claim.
         witnesses: Numbers that help z3 to show that an assumption is needed, by its name, or, under "", that all can be
             true together. They are checked; what they leave open z3 finds.
     """
@@ -99,6 +101,7 @@ class Lemma:
     steps: Mapping[str, Step | Instance] = field(default_factory=dict)
     using: tuple[str, ...] | None = None
     split: tuple[str, ...] = ()
+    shift: Mapping[z3.ArithRef, z3.ArithRef] = field(default_factory=dict)
     witnesses: Mapping[str, Values] = field(default_factory=dict)
 
 
@@ -147,7 +150,7 @@ def prove(lemma: Lemma, timeout: float = TIMEOUT_SECONDS) -> Proof:
     facts |= {f"definition {k}": fact for k, fact in enumerate(lemma.definitions)}
     for name, step in lemma.steps.items():
         facts[name] = asking.known(name, step, facts)
-    asking.derive("the claim", Step(lemma.claim, lemma.using, lemma.split), facts)
+    asking.derive("the claim", Step(lemma.claim, lemma.using, lemma.split), facts, lemma.shift)
     asking.not_vacuous(lemma)
     return Proof(lemma, perf_counter() - began, asking.queries, _MADE_BY_PROVE)
 
@@ -171,12 +174,18 @@ class _Asking:
             self.derive(f"{name}, {assumption!r} of {other.name}", goal, facts)
         return step.of(other.claim)
 
-    def derive(self, name: str, step: Step, facts: Facts) -> z3.BoolRef:
+    def derive(
+        self,
+        name: str,
+        step: Step,
+        facts: Facts,
+        shift: Mapping[z3.ArithRef, z3.ArithRef] = MappingProxyType({}),
+    ) -> z3.BoolRef:
         chosen = facts if step.using is None else {key: facts[key] for key in step.using}
         if any(fact.eq(step.claim) for fact in chosen.values()):
             return step.claim
         for known, goal in itertools.product(_alternatives(chosen, step.split), _parts(step.claim)):
-            outcome, model = self.ask([*known, z3.Not(goal)])
+            outcome, model = self.ask([_shifted(part, shift) for part in (*known, z3.Not(goal))])
             if outcome != z3.unsat:
                 reason = f"z3 does not know whether {name} holds"
                 if outcome == z3.sat:
@@ -229,6 +238,14 @@ def _alternatives(facts: Facts, split: tuple[str, ...]) -> Iterator[list[z3.Bool
     kept = [fact for name, fact in facts.items() if name not in split]
     for choice in itertools.product(*(facts[name].children() for name in split)):
         yield [*kept, *choice]
+
+
+def _shifted(formula: z3.BoolRef, shift: Mapping[z3.ArithRef, z3.ArithRef]) -> z3.BoolRef:
+    """Write v' + shift for v, which says the same of all numbers: v' = v - shift is one, too."""
+    if not shift:
+        return formula
+    moved = [(variable, z3.Real(f"{variable}'") + by) for variable, by in shift.items()]
+    return z3.simplify(z3.substitute(formula, *moved))
 
 
 def _parts(claim: z3.BoolRef) -> list[z3.BoolRef]:

@@ -166,8 +166,7 @@ class _Run:
         return answer
 
     def root(self, square: z3.ArithRef) -> z3.ArithRef:
-        square = z3.simplify(square)
-        root = z3.Real(_name("sqrt", square))
+        square, root = z3.simplify(square), root_of(square)
         self.obligations.append(square >= 0)
         self.definitions[str(root)] = z3.Implies(
             square >= 0, z3.And(root >= 0, root * root == square)
@@ -175,11 +174,20 @@ class _Run:
         return root
 
     def inverse(self, divisor: z3.ArithRef) -> z3.ArithRef:
-        divisor = z3.simplify(divisor)
-        inverse = z3.Real(_name("1/", divisor))
+        divisor, inverse = z3.simplify(divisor), inverse_of(divisor)
         self.obligations.append(divisor != 0)
         self.definitions[str(inverse)] = z3.Implies(divisor != 0, inverse * divisor == 1)
         return inverse
+
+
+def root_of(square: z3.ArithRef) -> z3.ArithRef:
+    """The variable that stands for a square root."""
+    return z3.Real(_name("sqrt", square))
+
+
+def inverse_of(divisor: z3.ArithRef) -> z3.ArithRef:
+    """The variable that stands for one over a divisor."""
+    return z3.Real(_name("1/", divisor))
 
 
 def _name(function: str, argument: z3.ArithRef) -> str:

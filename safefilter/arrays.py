@@ -49,7 +49,9 @@ def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...])
     try:
         array = np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
-        raise ShapeError(f"{field}: expected numbers of shape {shape_text(shape)}: {error}") from None
+        raise ShapeError(
+            f"{field}: expected numbers of shape {shape_text(shape)}: {error}"
+        ) from None
     matches = array.ndim == len(shape) and all(
         isinstance(expected, str) or size == expected
         for size, expected in zip(array.shape, shape, strict=True)

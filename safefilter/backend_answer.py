@@ -115,12 +115,17 @@ class _Verified(NamedTuple):
     certificate: Certificate
 
 
+def _is_usable(answer: _Verified) -> bool:
+    return answer.status.has_point and answer.certificate.valid
+
+
 class _Attempt:
     """Asks backends about one decision, and keeps account of the time."""
 
-    def __init__(self, solvers: Solvers, radius: float) -> None:
+    def __init__(self, solvers: Solvers, radius: float, *, stands_alone: bool) -> None:
         self._solvers = solvers
         self._radius = radius
+        self.stands_alone = stands_alone
         self.build_time = 0.0
         self.solve_time = 0.0
 
@@ -128,6 +133,9 @@ class _Attempt:
         solution = backend.solve(program)
         self.build_time += solution.build_time
         self.solve_time += solution.solve_time
+        return self.verify(program, solution)
+
+    def verify(self, program: ConvexProgram, solution: Solution) -> _Verified:
         polished = polish(program, solution, tolerance=self._solvers.tolerance)
         certificate = certify(
             program, polished, tolerance=self._solvers.tolerance, radius=self._radius
@@ -150,7 +158,7 @@ def ask_backend(
     wanted: FloatArray,
     radius: float,
     *,
-    may_be_empty: bool = False,
+    stands_alone: bool = False,
 ) -> BackendAnswer:
     """Find the velocity of one decision with a generic backend, and verify it.
 
@@ -160,13 +168,15 @@ def ask_backend(
         decision: Which decision of the batch.
         wanted: Wanted velocity, shape (d,).
         radius: Bound on the length of velocities within the hard rows.
-        may_be_empty: Can the hard rows contradict each other? Then an answer that could not be used is followed by
-            the question whether they do, and `Fault.EMPTY_HARD_SET` is answered only with a proof.
+        stands_alone: Is there no built-in solver behind it? Then more is done before giving up: if the set of least
+            violation is too thin for the solver to find, its point is polished from the first stage's; and where no
+            answer can be used, it is asked whether the hard rows contradict each other. `Fault.EMPTY_HARD_SET` comes
+            with a proof.
     """
-    attempt = _Attempt(solvers, radius)
+    attempt = _Attempt(solvers, radius, stands_alone=stands_alone)
     try:
         answer = _find(attempt, solvers, rows, decision, wanted)
-        if may_be_empty and answer.fault in {Fault.BACKEND_WRONG_STATUS, Fault.BACKEND_REJECTED}:
+        if stands_alone and answer.fault in {Fault.BACKEND_WRONG_STATUS, Fault.BACKEND_REJECTED}:
             return _proved_empty(attempt, solvers, rows, decision) or answer
         return answer
     except Exception as error:  # noqa: BLE001 - the one place where foreign code runs: whatever it raises, robots keep moving safely
@@ -178,14 +188,14 @@ def _find(
     attempt: _Attempt, solvers: Solvers, rows: HalfSpaces, decision: int, wanted: FloatArray
 ) -> BackendAnswer:
     first = attempt.ask(solvers.quadratic, nearest_velocity(rows, decision, wanted))
-    if first.certificate and first.status.has_point:
+    if _is_usable(first):
         no_proof = np.zeros(len(first.solution.multipliers))
         return _answer(attempt, Case.PROJECTED, first.solution, no_proof)
     if first.status in {Status.NOT_FINITE, Status.UNBOUNDED}:
         return _faulty(attempt, rows, decision, attempt.fault_of(first.status))
     # Out of iterations, inaccurate or failed: first-order solvers end so where the set is empty.
     bound = attempt.ask(solvers.linear, least_violation(rows, decision))
-    if not (bound.certificate and bound.status.has_point):
+    if not _is_usable(bound):
         return _faulty(attempt, rows, decision, attempt.fault_of(bound.status))
     is_empty = float(bound.solution.x[-1]) > solvers.tolerance
     if first.status is (Status.OPTIMAL if is_empty else Status.INFEASIBLE):
@@ -206,10 +216,14 @@ def _relaxed(
     decision, least = bound.decision, float(bound.solution.x[-1])
     relaxed = nearest_velocity(rows, decision, wanted, least + solvers.tolerance)
     second = attempt.ask(solvers.quadratic, relaxed)
-    if not (second.certificate and second.status.has_point):
-        return _faulty(attempt, rows, decision, attempt.fault_of(second.status))
     # The last row of the first stage is t >= 0: it takes no part in a contradiction.
     proof = bound.solution.multipliers[:-1].copy()
+    if not _is_usable(second) and attempt.stands_alone and not solvers.is_late:
+        point = bound.solution.x[:-1].copy()
+        known = Solution(Status.OPTIMAL, point, proof.copy(), build_time=0.0, solve_time=0.0)
+        second = attempt.verify(relaxed, known)
+    if not _is_usable(second):
+        return _faulty(attempt, rows, decision, attempt.fault_of(second.status))
     if not bound.is_empty:
         return _answer(attempt, Case.PROJECTED, second.solution, np.zeros(len(proof)))
     return _answer(attempt, Case.LEAST_VIOLATION, second.solution, proof)
@@ -227,8 +241,7 @@ def _proved_empty(
         rows, present=rows.present & rows.hard, hard=np.zeros(rows.hard.shape, dtype=np.bool_)
     )
     bound = attempt.ask(solvers.linear, least_violation(hard, decision))
-    is_proved = bound.certificate and bound.status.has_point
-    if not is_proved or float(bound.solution.x[-1]) <= solvers.tolerance:
+    if not _is_usable(bound) or float(bound.solution.x[-1]) <= solvers.tolerance:
         return None
     proof = np.zeros(int(rows.present[decision].sum()))
     proof[rows.hard[decision][rows.present[decision]]] = bound.solution.multipliers[:-1]

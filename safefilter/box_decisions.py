@@ -136,7 +136,7 @@ class BoxDecisions:
                 k,
                 posed.wanted[k],
                 self._box.radius,
-                may_be_empty=True,
+                stands_alone=True,
             )
             built += answer.build_time
             take_answer(outcome, k, posed.rows, answer, self._tolerance)

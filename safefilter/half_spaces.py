@@ -117,17 +117,17 @@ class HalfSpaces:
     @property
     def num_decisions(self) -> int:
         """Number of decisions B."""
-        return self.normals.shape[0]
+        return len(self.offsets)
 
     @property
     def num_rows(self) -> int:
         """Number of rows M, absent ones included."""
-        return self.normals.shape[1]
+        return int(self.normals.shape[1])
 
     @property
     def dimension(self) -> int:
         """Number of dimensions d."""
-        return self.normals.shape[2]
+        return int(self.normals.shape[2])
 
     def violation(self, points: FloatArray) -> FloatArray:
         """Signed distance of points outside each row, d_{i|j}(v): positive is outside, absent rows are -inf.

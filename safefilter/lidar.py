@@ -143,4 +143,5 @@ def _on_robots(point: FloatArray, position: FloatArray, radius: FloatArray) -> B
     """Which points lie within a robot, or on its rim."""
     offset = point[:, None] - position[None]
     distance = np.sqrt((offset**2).sum(axis=2))
-    return (distance <= radius + MASK_MARGIN).any(axis=1)
+    is_on: BoolArray = (distance <= radius + MASK_MARGIN).any(axis=1)
+    return is_on

@@ -74,14 +74,12 @@ class Grid(NamedTuple):
 
 
 @formula
-def is_within(
-    position: FloatArray, world: IntArray, i: int, j: int, reach_squared: float
-) -> bool:
+def is_within(position: FloatArray, world: IntArray, i: int, j: int, reach_squared: float) -> bool:
     """Are two different robots of one world within reach?"""
     if i == j or world[i] != world[j]:
         return False
-    x = position[j, 0] - position[i, 0]
-    y = position[j, 1] - position[i, 1]
+    x: float = position[j, 0] - position[i, 0]
+    y: float = position[j, 1] - position[i, 1]
     return x * x + y * y <= reach_squared
 
 

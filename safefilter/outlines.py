@@ -13,9 +13,7 @@ from safefilter.errors import ShapeError
 FEWEST_CORNERS = 3
 
 
-def shared_walls(
-    walls: npt.ArrayLike | None, polygons: Sequence[npt.ArrayLike]
-) -> FloatArray:
+def shared_walls(walls: npt.ArrayLike | None, polygons: Sequence[npt.ArrayLike]) -> FloatArray:
     """Segments of walls and outlines in the form of `Scene.walls`, with no margin of their own.
 
     A shape needs no decomposition: a segment is convex, and a robot that starts outside of the outline cannot get in

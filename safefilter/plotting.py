@@ -47,9 +47,9 @@ def velocity_space(
 ) -> Axes:
     """Draw what decision k was made from: Fig. 3 of Qin et al. for any decision.
 
-    Allowed velocities in blue, permitted ones in green (in Case-3: those that violate soft rows least, which may be a
-    sliver), each row as a line with whom it is against and its forbidden side shaded, the wanted and the chosen velocity
-    as arrows, and the velocity obstacles of neighbours in grey.
+    Allowed velocities in blue; permitted ones in green (in Case-3: those that violate soft rows least, often a sliver);
+    each row as a line with whom it is against and its forbidden side shaded; the wanted and the chosen velocity as
+    arrows; the velocity obstacles of neighbours in grey.
 
     Args:
         safety_filter: The filter that decided.
@@ -74,7 +74,7 @@ def velocity_space(
     view = _view(rows, k, wanted, decision.velocity[k])
     if time_horizon is not None:
         _draw_obstacles(axes, scene, int(decision.index[k]), time_horizon, view)
-    _draw_sets(axes, rows, k, float(decision.violation[k]), Case(int(decision.case[k])), view)
+    _draw_sets(axes, rows, decision, k, view)
     _draw_rows(axes, rows, k, view)
     _draw_arrows(axes, wanted, decision, k)
     axes.set(
@@ -112,11 +112,10 @@ def clipped(corners: FloatArray, normal: FloatArray, offset: float) -> FloatArra
     return np.array(kept).reshape(-1, 2)
 
 
-def _draw_sets(
-    axes: Axes, rows: HalfSpaces, k: int, violation: float, case: Case, view: float
-) -> None:
+def _draw_sets(axes: Axes, rows: HalfSpaces, decision: Decision, k: int, view: float) -> None:
     allowed = permitted = view * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    relaxation = violation if case is Case.LEAST_VIOLATION else 0.0
+    is_relaxed = decision.case[k] == Case.LEAST_VIOLATION
+    relaxation = float(decision.violation[k]) if is_relaxed else 0.0
     for m in np.flatnonzero(rows.present[k]):
         normal, offset = rows.normals[k, m], float(rows.offsets[k, m])
         if rows.labels[k, m, 0] == 0:
@@ -153,19 +152,19 @@ def _draw_rows(axes: Axes, rows: HalfSpaces, k: int, view: float) -> None:
         axes.plot(*ends.T, color=colour, linewidth=1.4, label=label, zorder=3)
         shade = np.concatenate([ends, ends[::-1] - 0.05 * view * normal])
         axes.add_patch(Polygon(shade, facecolor=colour, alpha=0.25, linewidth=0.0))
-        _name_row(axes, rows.describe(k, int(m)), foot, along, view, int(m), colour)
+        # Places alternate, so that names of parallel rows keep apart.
+        shift = (0.35 + 0.2 * (m % 3)) * view * (1.0 if m % 2 else -1.0)
+        place = np.clip(foot + shift * along, -0.9 * view, 0.9 * view)
+        _write(axes, rows.describe(k, int(m)).replace("_", " "), place, along, colour)
 
 
-def _name_row(
-    axes: Axes, name: str, foot: FloatArray, along: FloatArray, view: float, m: int, colour: str
-) -> None:
-    """Write whom a row is against, on its line; places alternate so that names of parallel rows keep apart."""
-    shift = (0.35 + 0.2 * (m % 3)) * view * (1.0 if m % 2 else -1.0)
-    place = np.clip(foot + shift * along, -0.9 * view, 0.9 * view)
+def _write(axes: Axes, name: str, place: FloatArray, along: FloatArray, colour: str) -> None:
+    """Write a name along a line, never upside down."""
     angle = math.degrees(math.atan2(along[1], along[0]))
     axes.text(
-        *place,
-        name.replace("_", " "),
+        float(place[0]),
+        float(place[1]),
+        name,
         color=colour,
         fontsize=7,
         rotation=(angle + 90.0) % 180.0 - 90.0,
@@ -196,9 +195,7 @@ def _draw_arrows(axes: Axes, wanted: FloatArray, decision: Decision, k: int) -> 
         axes.plot(*velocity, "o", color=colour, markersize=5, zorder=6)
 
 
-def _draw_obstacles(
-    axes: Axes, scene: Scene, robot: int, time_horizon: float, view: float
-) -> None:
+def _draw_obstacles(axes: Axes, scene: Scene, robot: int, time_horizon: float, view: float) -> None:
     """Velocity obstacles of neighbours, moved by the neighbour's observed velocity."""
     label: str | None = "velocity obstacle"
     for j in scene.neighbours_of(robot):

@@ -74,7 +74,11 @@ class Planar:
         if program.is_linear:
             return self._solve_epigraph(program, start)
         scale = program.P[0, 0]
-        if program.num_variables != 2 or scale <= 0.0 or (program.P != scale * np.eye(2)).any():
+        if (
+            program.num_variables != 2
+            or scale <= 0.0
+            or not np.array_equal(program.P, scale * np.eye(2))
+        ):
             raise UnsupportedProgram(
                 f"planar takes P = c * identity in 2 variables, got P of shape {program.P.shape}: "
                 "use another backend, such as 'clarabel'"
@@ -123,7 +127,11 @@ def _unit_rows(normals: FloatArray, offsets: FloatArray, is_hard: BoolArray) -> 
 
 
 def _epigraph(program: ConvexProgram) -> tuple[int, float, PlanarRows]:
-    """Take ``min c t`` apart: the row that keeps t from below, that bound, and the rows in the plane."""
+    """Take ``min c t`` apart: the row that keeps t from below, that bound, and the rows in the plane.
+
+    Raises:
+        UnsupportedProgram: If it is not an epigraph program.
+    """
     G, q = program.G, program.q
     is_epigraph = program.num_variables == 3 and q[0] == 0.0 and q[1] == 0.0 and q[2] > 0.0
     if is_epigraph:
@@ -153,9 +161,7 @@ def _epigraph(program: ConvexProgram) -> tuple[int, float, PlanarRows]:
     )
 
 
-def _contradicted(
-    program: ConvexProgram, rows: PlanarRows, start: float, built: float
-) -> Solution:
+def _contradicted(program: ConvexProgram, rows: PlanarRows, start: float, built: float) -> Solution:
     multipliers = np.zeros(program.num_rows)
     multipliers[rows.contradiction] = 1.0
     point = np.full(program.num_variables, np.nan)

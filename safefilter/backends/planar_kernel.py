@@ -74,7 +74,8 @@ def most_violated(rows: Rows, relaxation: float, x: float, y: float) -> tuple[in
 @formula
 def relaxed_offset(rows: Rows, relaxation: float, k: int) -> float:
     """Offset of a row; soft rows are relaxed."""
-    return rows.array[2, k] - (relaxation if k >= rows.num_hard else 0.0)
+    offset: float = rows.array[2, k]
+    return offset - (relaxation if k >= rows.num_hard else 0.0)
 
 
 @formula

@@ -33,7 +33,11 @@ class Supervised:
     """
 
     def __init__(
-        self, backend: Backend, factory: Callable[[float], Backend], tolerance: float, deadline: float
+        self,
+        backend: Backend,
+        factory: Callable[[float], Backend],
+        tolerance: float,
+        deadline: float,
     ) -> None:
         """Start the worker and wait until it is ready.
 
@@ -87,9 +91,7 @@ class Supervised:
             reply = self._exchange(program)
         except (EOFError, OSError):
             self._restart()
-            raise BackendFailed(
-                f"{self.name}: its process died", program, Status.FAILED
-            ) from None
+            raise BackendFailed(f"{self.name}: its process died", program, Status.FAILED) from None
         if reply is None:
             self._restart()
             return Solution.without_point(program, Status.TIME_LIMIT, 0.0, monotonic() - asked)
@@ -119,7 +121,7 @@ class Worker:
         to_read, child_write = os.pipe()
         child_read, to_write = os.pipe()
         environment = dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, sys.path)))
-        self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and our own words
+        self._process = subprocess.Popen(
             [sys.executable, "-c", _SERVE.format(read=child_read, write=child_write)],
             pass_fds=(child_read, child_write),
             env=environment,
@@ -161,7 +163,7 @@ def _end(process: subprocess.Popen[bytes], replies: Connection, orders: Connecti
 def serve(read: int, write: int) -> None:
     """Work in the child: make the backend, then answer programs until the pipe closes."""
     orders, replies = Connection(read, writable=False), Connection(write, readable=False)
-    factory, tolerance = pickle.loads(orders.recv_bytes())  # noqa: S301 - written by our own parent process
+    factory, tolerance = pickle.loads(orders.recv_bytes())  # written by our own parent process
     backend: Backend = factory(tolerance)
     replies.send("ready")
     while True:
@@ -171,6 +173,13 @@ def serve(read: int, write: int) -> None:
             return
         try:
             reply: Solution | str = backend.solve(ConvexProgram(*parts))
-        except (SafeFilterError, ArithmeticError, LookupError, TypeError, ValueError, RuntimeError) as error:
+        except (
+            SafeFilterError,
+            ArithmeticError,
+            LookupError,
+            TypeError,
+            ValueError,
+            RuntimeError,
+        ) as error:
             reply = f"{type(error).__name__}: {error}"
         replies.send(reply)

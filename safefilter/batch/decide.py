@@ -151,7 +151,9 @@ def last_word_of(
     speed, turn_rate = drive.command[k, 0], drive.command[k, 1]
     if out.case[k] != SAFE:
         speed, turn_rate = wanted_command(rows, sections, drive, k, heading, v_max, x, y)
-        return drive_last_word(rows, sections, drive, heading, v_max, speed, turn_rate, options.is_single)
+        return drive_last_word(
+            rows, sections, drive, heading, v_max, speed, turn_rate, options.is_single
+        )
     return speed, turn_rate
 
 
@@ -182,7 +184,11 @@ def finish(
 
 @kernel
 def decide_range(
-    parts: tuple[Any, ...], settings: tuple[Any, ...], blocks: tuple[Any, ...], first: int, last: int
+    parts: tuple[Any, ...],
+    settings: tuple[Any, ...],
+    blocks: tuple[Any, ...],
+    first: int,
+    last: int,
 ) -> None:
     """Decide [first, last) of a batch, with one set of scratch.
 

@@ -54,7 +54,7 @@ class Problem(NamedTuple):
     """
 
     scene: SceneArrays
-    index: IntArray
+    index: IntArray  # type: ignore[assignment]  # hides tuple.index, which nobody calls
     wanted: FloatArray
     orca: OrcaSettings
     separation: SeparationSettings
@@ -90,7 +90,9 @@ def plain(record: tuple[Any, ...]) -> tuple[Any, ...]:
 @array_formula
 def problem_of(parts: tuple[Any, ...]) -> Problem:
     """Give a plain problem its names back."""
-    scene, index, wanted, orca, separation, static, limits, drive, user, capacity, neighbours = parts
+    scene, index, wanted, orca, separation, static, limits, drive, user, capacity, neighbours = (
+        parts
+    )
     return Problem(
         SceneArrays(*scene),
         index,

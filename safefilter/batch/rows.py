@@ -6,6 +6,7 @@ Letters: B decisions, M rows. m/s.
 from __future__ import annotations
 
 import math
+
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray

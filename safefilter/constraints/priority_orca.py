@@ -27,7 +27,7 @@ from safefilter.constraints.velocity_obstacle import encounter, norm_boundary
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
-from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, WANTED_X, WANTED_Y, X, Y, Scene
+from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, WANTED_X, WANTED_Y, Scene, X, Y
 
 VOpt = Literal["current", "shared", "own"]
 SlackRule = Literal["dual", "paper"]
@@ -210,7 +210,11 @@ def add_orca_rows(
             encounter(i_x, i_y, j_x, j_y) if settings.has_norm_leg else 0,
         )
         share = share_of_change(
-            state[i, PRIORITY], state[j, PRIORITY], scene.cooperative[j], change, settings.has_dual_slack
+            state[i, PRIORITY],
+            state[j, PRIORITY],
+            scene.cooperative[j],
+            change,
+            settings.has_dual_slack,
         )
         rows.array[0, count] = n_x
         rows.array[1, count] = n_y
@@ -277,7 +281,9 @@ class PriorityORCA:
             v_opt=get_args(VOpt).index(v_opt),
             has_dual_slack=slack_rule == "dual",
             has_norm_leg=leg == "norm",
-            max_neighbours=np.iinfo(np.int64).max if max_neighbours is None else int(max_neighbours),
+            max_neighbours=np.iinfo(np.int64).max
+            if max_neighbours is None
+            else int(max_neighbours),
             is_by_time=order == "time_to_collision",
             tracking_error=0.0,
         )

@@ -48,7 +48,8 @@ class Sections(NamedTuple):
 def row_buffers(num_decisions: int, capacity: int) -> RowLabels:
     """Allocate zeroed buffers for a batch."""
     return RowLabels(
-        np.zeros((num_decisions, 3, capacity)), np.zeros((num_decisions, 2, capacity), dtype=np.int64)
+        np.zeros((num_decisions, 3, capacity)),
+        np.zeros((num_decisions, 2, capacity), dtype=np.int64),
     )
 
 

@@ -32,7 +32,7 @@ from safefilter.constraints.walls import add_wall_rows
 from safefilter.errors import OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
-from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, X, Y, Scene
+from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y
 
 # Keeps rounding of positions from turning "touching" into "overlapping".
 SAFETY_MARGIN = 1e-6
@@ -204,7 +204,9 @@ class Separation:
         passive = scene.velocity[~scene.cooperative]
         seen = float(np.sqrt((passive**2).sum(axis=1)).max(initial=self.passive_speed))
         own = float(speed_limit.max())
-        return 2.0 * float(scene.radius.max()) + (own + max(own, seen)) * self.dt + self.safety_margin
+        return (
+            2.0 * float(scene.radius.max()) + (own + max(own, seen)) * self.dt + self.safety_margin
+        )
 
     def half_spaces(self, scene: Scene, action: FloatArray, index: IntArray) -> HalfSpaces:  # noqa: ARG002
         """Make the rows of robots ``index``; see `Constraint.half_spaces`.

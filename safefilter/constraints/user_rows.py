@@ -31,7 +31,7 @@ class UserRows(NamedTuple):
 
     array: FloatArray
     label: IntArray
-    count: IntArray
+    count: IntArray  # type: ignore[assignment]  # hides tuple.count, which nobody calls
 
 
 def user_rows(

@@ -33,12 +33,12 @@ def is_overlapping(distance_squared: float, combined_radius: float) -> bool:
 
 
 @formula
-def faces_cutoff(
-    p_x: float, p_y: float, w_x: float, w_y: float, combined_radius: float
-) -> bool:
+def faces_cutoff(p_x: float, p_y: float, w_x: float, w_y: float, combined_radius: float) -> bool:
     """Is the cut-off arc, not a leg, nearest to a velocity at ``w`` from the centre of the cut-off disc?"""
     along = w_x * p_x + w_y * p_y
-    return along < 0.0 and along * along > combined_radius * combined_radius * (w_x * w_x + w_y * w_y)
+    return along < 0.0 and along * along > combined_radius * combined_radius * (
+        w_x * w_x + w_y * w_y
+    )
 
 
 @formula
@@ -103,7 +103,13 @@ def leg_boundary(
 
 @formula
 def cutoff_boundary(
-    p_x: float, p_y: float, v_x: float, v_y: float, combined_radius: float, horizon: float, tie: float
+    p_x: float,
+    p_y: float,
+    v_x: float,
+    v_y: float,
+    combined_radius: float,
+    horizon: float,
+    tie: float,
 ) -> tuple[float, float, float]:
     """Normal and change for the cut-off disc of a horizon.
 
@@ -146,9 +152,7 @@ def nearest_boundary(
     w_y = from_cutoff_centre(p_y, v_y, horizon)
     if faces_cutoff(p_x, p_y, w_x, w_y, combined_radius):
         return cutoff_boundary(p_x, p_y, v_x, v_y, combined_radius, horizon, tie)
-    return leg_boundary(
-        p_x, p_y, v_x, v_y, combined_radius, is_left_of_axis(p_x, p_y, w_x, w_y)
-    )
+    return leg_boundary(p_x, p_y, v_x, v_y, combined_radius, is_left_of_axis(p_x, p_y, w_x, w_y))
 
 
 @formula

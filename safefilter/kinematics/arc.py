@@ -25,7 +25,9 @@ def sinc(x: float) -> float:
 
 
 @formula
-def chord_velocity(speed: float, turn_rate: float, heading: float, dt: float) -> tuple[float, float]:
+def chord_velocity(
+    speed: float, turn_rate: float, heading: float, dt: float
+) -> tuple[float, float]:
     """Mean velocity of a step: the exact displacement of the arc, divided by dt."""
     half = 0.5 * turn_rate * dt
     length = speed * sinc(half)

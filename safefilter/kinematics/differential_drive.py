@@ -74,7 +74,9 @@ class DifferentialDrive(Holonomic):
         """
         super().__init__(v_max, sides)
         if mapping not in get_args(Mapping):
-            raise InvalidInput(f"mapping: expected one of {', '.join(get_args(Mapping))}, got {mapping!r}")
+            raise InvalidInput(
+                f"mapping: expected one of {', '.join(get_args(Mapping))}, got {mapping!r}"
+            )
         self.mapping: Mapping = mapping
         self.omega_max = positive_number(omega_max, "omega_max")
         self.dt = positive_number(dt, "dt")
@@ -89,7 +91,9 @@ class DifferentialDrive(Holonomic):
             raise OutOfRange(f"turn_time: expected at least dt = {self.dt} s, got {self.turn_time}")
         if mapping == "polygon":
             if not self.is_uniform:
-                raise InvalidInput('mapping="polygon" takes one v_max for all robots; use mapping="cut"')
+                raise InvalidInput(
+                    'mapping="polygon" takes one v_max for all robots; use mapping="cut"'
+                )
             # scipy takes as long to import as this whole package, and only this mapping needs it.
             from safefilter.kinematics.inscribed_polygon import inscribed_polygon  # noqa: PLC0415
 

@@ -8,6 +8,7 @@ robots are discs: so speed 0 is always left.
 from __future__ import annotations
 
 import math
+
 from safefilter.arrays import FloatArray
 from safefilter.constraints.row_buffers import Sections
 from safefilter.jit import formula
@@ -26,7 +27,9 @@ STILL_PART = 1e-6
 
 
 @formula
-def speed_cap(rows: FloatArray, sections: Sections, heading: float, turn_rate: float, dt: float) -> float:
+def speed_cap(
+    rows: FloatArray, sections: Sections, heading: float, turn_rate: float, dt: float
+) -> float:
     """Largest speed at which the arc keeps all budgets, and its chord the other rows, in m/s."""
     d_x, d_y = math.cos(heading), math.sin(heading)
     end_x, end_y = math.cos(heading + turn_rate * dt), math.sin(heading + turn_rate * dt)
@@ -52,18 +55,25 @@ def speed_cap(rows: FloatArray, sections: Sections, heading: float, turn_rate: f
 
 @formula
 def is_command_safe(
-    rows: FloatArray, sections: Sections, drive: Drive, heading: float, v_max: float, speed: float, turn_rate: float
+    rows: FloatArray,
+    sections: Sections,
+    drive: Drive,
+    heading: float,
+    v_max: float,
+    speed: float,
+    turn_rate: float,
 ) -> bool:
     """Is a command within its limits, and its arc within every budget? False for NaN."""
-    within = (
-        0.0 <= speed <= v_max * (1.0 + SPEED_SLACK)
-        and abs(turn_rate) <= drive.omega_max * (1.0 + SPEED_SLACK)
+    within = 0.0 <= speed <= v_max * (1.0 + SPEED_SLACK) and abs(turn_rate) <= drive.omega_max * (
+        1.0 + SPEED_SLACK
     )
     return within and speed <= speed_cap(rows, sections, heading, turn_rate, drive.dt)
 
 
 @formula
-def is_free(rows: FloatArray, sections: Sections, x: float, y: float, contact: float, skipped: int) -> bool:
+def is_free(
+    rows: FloatArray, sections: Sections, x: float, y: float, contact: float, skipped: int
+) -> bool:
     """Does no contact but ``skipped`` stand in the way of a direction?"""
     for k in range(sections.num_sides, sections.num_budgets):
         in_the_way = rows_along(rows, k, x, y) < 0.0 and -contact < rows[2, k]
@@ -75,7 +85,8 @@ def is_free(rows: FloatArray, sections: Sections, x: float, y: float, contact: f
 @formula
 def rows_along(rows: FloatArray, k: int, x: float, y: float) -> float:
     """Component of a direction along the normal of row k: negative is towards what the row is against."""
-    return rows[0, k] * x + rows[1, k] * y
+    along: float = rows[0, k] * x + rows[1, k] * y
+    return along
 
 
 @formula
@@ -91,9 +102,7 @@ def turn_to_freedom(rows: FloatArray, sections: Sections, heading: float, contac
     for k in range(sections.num_sides, sections.num_budgets):
         if not -contact < rows[2, k]:
             continue
-        away = math.atan2(
-            d_x * rows[1, k] - d_y * rows[0, k], rows_along(rows, k, d_x, d_y)
-        )
+        away = math.atan2(d_x * rows[1, k] - d_y * rows[0, k], rows_along(rows, k, d_x, d_y))
         for side in (-1.0, 1.0):
             # The normal points away from the contact; a quarter turn from it is along the contact.
             turn = away + side * (0.5 * math.pi - PARTING_ANGLE)
@@ -144,7 +153,10 @@ def wanted_command(
     speed, turn_rate = tracking_command(drive, k, heading, v_max, u_x, u_y)
     still = STILL_PART * v_max
     wants_to_move = speed > still or (drive.command[k, 0] > still and speed == 0.0)
-    if wants_to_move and speed_cap(rows, sections, heading, turn_rate, drive.dt) <= CONTACT_PART * v_max:
+    if (
+        wants_to_move
+        and speed_cap(rows, sections, heading, turn_rate, drive.dt) <= CONTACT_PART * v_max
+    ):
         turn = turn_to_freedom(rows, sections, heading, CONTACT_PART * v_max)
         if turn != 0.0:
             return 0.0, turn / drive.dt
@@ -153,7 +165,8 @@ def wanted_command(
 
 @formula
 def drive_last_word(
-    rows: FloatArray, sections: Sections,
+    rows: FloatArray,
+    sections: Sections,
     drive: Drive,
     heading: float,
     v_max: float,

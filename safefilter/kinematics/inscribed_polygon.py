@@ -24,9 +24,7 @@ HALF_ARCS = np.linspace(0.05, 0.5 * math.pi, 30)
 PULLS = (0.2, 0.4, 0.6, 0.8, 1.0)
 
 
-def inscribed_polygon(
-    rim: Callable[[float], float], v_max: float
-) -> tuple[FloatArray, float]:
+def inscribed_polygon(rim: Callable[[float], float], v_max: float) -> tuple[FloatArray, float]:
     """Find the polygon.
 
     Args:

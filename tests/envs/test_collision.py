@@ -42,7 +42,7 @@ def straight(
     wrecked: BoolArray,
 ) -> Contacts:
     """Nobody turns, and there are no walls."""
-    movement = Movement(displacement, np.zeros(radius.shape))
+    movement = Movement(displacement, np.zeros(radius.shape), 1.0)
     return find_contacts(position, movement, Bodies(radius, present, wrecked, NO_WALLS))
 
 
@@ -199,9 +199,9 @@ def test_turning_and_moving_the_world_changes_nothing(angle: float) -> None:
     turned = straight(
         position @ turn.T + [3.0, -2.0], displacement @ turn.T, radius, everyone, ~everyone
     )
-    straight = judge_random(5)
-    np.testing.assert_allclose(turned.clearance, straight.clearance, atol=1e-14)
-    np.testing.assert_array_equal(turned.touched, straight.touched)
+    before = judge_random(5)
+    np.testing.assert_allclose(turned.clearance, before.clearance, atol=1e-14)
+    np.testing.assert_array_equal(turned.touched, before.touched)
 
 
 def test_robots_stopped_at_their_first_contact_touch_exactly() -> None:
@@ -214,3 +214,83 @@ def test_robots_stopped_at_their_first_contact_touch_exactly() -> None:
     hit = contacts.touched[:, 0] & started_apart
     assert hit.sum() > 20
     np.testing.assert_allclose(distance[hit], radius.sum(axis=1)[hit], atol=1e-12)
+
+
+def judge_drives(
+    seed: int, shape: tuple[int, int] = (20, 6)
+) -> tuple[FloatArray, Movement, Contacts, FloatArray]:
+    """Robots that turn, between three walls."""
+    rng = np.random.default_rng(seed)
+    position, displacement, radius = random_step(seed, shape)
+    movement = Movement(displacement, rng.uniform(-3.0, 3.0, shape), 1.0)
+    walls = rng.uniform(-1.0, 1.0, (3, 2, 2))
+    everyone = np.ones(shape, dtype=np.bool_)
+    bodies = Bodies(radius, everyone, ~everyone, walls)
+    return position, movement, find_contacts(position, movement, bodies), walls
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_certified_bound_on_arcs_equals_ten_thousand_sub_steps(seed: int) -> None:
+    position, movement, contacts, walls = judge_drives(seed, (3, 5))
+    radius = random_step(seed, (3, 5))[2]
+    num_sub_steps = 10_000
+    parts = np.linspace(0.0, 1.0, num_sub_steps + 1)
+    way = np.stack([position + movement.after(np.full(radius.shape, part)) for part in parts])
+    itself = np.arange(radius.shape[1])
+    gap = np.linalg.norm(way[:, :, :, np.newaxis] - way[:, :, np.newaxis], axis=-1)
+    gap -= radius[:, :, np.newaxis] + radius[:, np.newaxis]
+    gap[:, :, itself, itself] = np.inf
+    error = 2.0 * np.abs(movement.displacement).sum(axis=-1).max() / num_sub_steps
+    sampled = gap.min(axis=(0, 3))
+    assert (contacts.clearance <= sampled + 1e-12).all()
+    assert (contacts.clearance >= sampled - error).all()
+    to_wall = np.full(radius.shape, np.inf)
+    for a, b in walls:
+        along = np.clip((way - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+        away = np.linalg.norm(way - a - along[..., np.newaxis] * (b - a), axis=-1)
+        to_wall = np.minimum(to_wall, away.min(axis=0) - radius)
+    assert (contacts.wall_clearance <= to_wall + 1e-12).all()
+    assert (contacts.wall_clearance >= to_wall - error).all()
+    assert contacts.hit_wall.any()
+    assert contacts.touched.any()
+
+
+def test_drives_stopped_at_their_first_contact_touch_nothing() -> None:
+    position, movement, contacts, walls = judge_drives(3, (300, 2))
+    radius = random_step(3, (300, 2))[2]
+    everyone = np.ones(radius.shape, dtype=np.bool_)
+    bodies = Bodies(radius, everyone, ~everyone, walls)
+    at_rest = Movement(np.zeros_like(position), np.zeros(radius.shape), 1.0)
+    before = find_contacts(position, at_rest, bodies)
+    apart = ~(before.touched | before.hit_wall).any(axis=1)
+    stopped = position + movement.after(contacts.fraction)
+    after = find_contacts(stopped, at_rest, bodies)
+    # A robot that goes on while the other is stopped by a wall may run into it: those touched nothing.
+    fair = apart & (contacts.fraction[:, 0] == contacts.fraction[:, 1])
+    assert (after.clearance[fair] > -1e-7).all()
+    assert (after.wall_clearance[apart] > -1e-7).all()
+    assert (contacts.hit_wall[apart] & (contacts.fraction[apart] > 0.0)).sum() > 5
+
+
+def test_robot_that_drives_into_a_wall_stops_at_it() -> None:
+    everyone = np.ones((1, 1), dtype=np.bool_)
+    walls = np.array([[[1.0, -1.0], [1.0, 1.0]]])
+    bodies = Bodies(np.full((1, 1), RADIUS), everyone, ~everyone, walls)
+    movement = Movement(np.array([[[1.8, 0.0]]]), np.zeros((1, 1)), 1.0)
+    contacts = find_contacts(np.zeros((1, 1, 2)), movement, bodies)
+    assert contacts.hit_wall.tolist() == [[True]]
+    np.testing.assert_allclose(contacts.wall_clearance, -RADIUS)
+    np.testing.assert_allclose(contacts.fraction, 0.5)
+    assert np.isinf(contacts.clearance).all()
+    wreck = Bodies(bodies.radius, everyone, everyone, walls)
+    assert not find_contacts(np.zeros((1, 1, 2)), movement, wreck).hit_wall.any()
+
+
+def test_robot_may_slide_along_a_wall_that_it_touches() -> None:
+    everyone = np.ones((1, 1), dtype=np.bool_)
+    walls = np.array([[[RADIUS, -1.0], [RADIUS, 1.0]]])
+    bodies = Bodies(np.full((1, 1), RADIUS), everyone, ~everyone, walls)
+    movement = Movement(np.array([[[0.0, 0.3]]]), np.zeros((1, 1)), 1.0)
+    contacts = find_contacts(np.zeros((1, 1, 2)), movement, bodies)
+    assert not contacts.hit_wall.any()
+    np.testing.assert_allclose(contacts.wall_clearance, 0.0, atol=1e-9)

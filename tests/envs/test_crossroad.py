@@ -32,3 +32,16 @@ def test_even_robots_of_the_crossroad_drive_on_the_right() -> None:
     right = np.stack([travel[:, 1], -travel[:, 0]], axis=1)
     side = np.sign(np.einsum("nd,nd->n", right, placement.start))
     assert side.tolist() == [1.0, -1.0] * 4
+
+
+def test_walls_are_the_outline_of_both_roads() -> None:
+    scenario = Crossroad(is_walled=True)
+    walls = scenario.walls
+    assert walls.shape == (12, 2, 2)
+    np.testing.assert_allclose(walls[:, 1], np.roll(walls[:, 0], -1, axis=0))
+    ends = np.abs(walls).max(axis=1)
+    near, far = scenario.road_width / 2, scenario.half_extent
+    assert {tuple(corner) for corner in np.round(ends, 9)} == {(0.7, 2.8), (2.8, 0.7)}
+    length = np.linalg.norm(walls[:, 1] - walls[:, 0], axis=1)
+    np.testing.assert_allclose(np.sort(length), [1.4] * 4 + [far - near] * 8)
+    assert Crossroad().walls.shape == (0, 2, 2)

@@ -1,6 +1,11 @@
 import numpy as np
 
-from envs.dynamics import executable_velocity
+from envs.dynamics import (
+    arc_movement,
+    executable_command,
+    executable_velocity,
+    straight_movement,
+)
 
 
 def test_commands_within_reach_execute_bit_for_bit() -> None:
@@ -31,3 +36,56 @@ def test_limit_never_lengthens_any_part_of_a_command() -> None:
 def test_each_robot_has_its_own_limit() -> None:
     velocity = executable_velocity(np.array([[1.0, 0.0], [1.0, 0.0]]), np.array([0.1, 2.0]))
     np.testing.assert_allclose(velocity, [[0.1, 0.0], [1.0, 0.0]])
+
+
+def test_arc_equals_fine_integration_of_the_unicycle() -> None:
+    rng = np.random.default_rng(2)
+    command = np.stack([rng.uniform(0.0, 0.2, 40), rng.uniform(-2.5, 2.5, 40)], axis=-1)[np.newaxis]
+    heading = rng.uniform(-np.pi, np.pi, (1, 40))
+    dt, num_parts = 0.4, 20_000
+    movement = arc_movement(command, heading, dt)
+    # Midpoint rule: an error of the order of the square of a part.
+    middle = (np.arange(num_parts) + 0.5) / num_parts
+    angle = heading[..., np.newaxis] + command[..., 1:] * dt * middle
+    speed = command[..., 0]
+    place = np.stack([np.cos(angle).mean(axis=-1), np.sin(angle).mean(axis=-1)], axis=-1)
+    np.testing.assert_allclose(
+        movement.after(np.ones((1, 40))), speed[..., np.newaxis] * dt * place, atol=1e-10
+    )
+    np.testing.assert_allclose(movement.turn, command[..., 1] * dt)
+
+
+def test_part_of_an_arc_lies_on_it() -> None:
+    movement = arc_movement(np.array([[[0.1 * np.pi, np.pi]]]), np.zeros((1, 1)), 1.0)
+    half, whole = (movement.after(np.full((1, 1), part)) for part in (0.5, 1.0))
+    np.testing.assert_allclose(half, [[[0.1, 0.1]]])
+    np.testing.assert_allclose(whole, [[[0.0, 0.2]]], atol=1e-16)
+
+
+def test_turning_on_the_spot_moves_nothing() -> None:
+    movement = arc_movement(np.array([[[0.0, 2.5]]]), np.ones((1, 1)), 0.2)
+    np.testing.assert_array_equal(movement.after(np.ones((1, 1))), 0.0)
+    np.testing.assert_array_equal(movement.mean_velocity, 0.0)
+
+
+def test_straight_movement_is_bit_for_bit_velocity_times_time() -> None:
+    velocity = np.random.default_rng(3).normal(size=(2, 5, 2))
+    part = np.random.default_rng(4).uniform(size=(2, 5))
+    moved = straight_movement(velocity, 0.2).after(part)
+    np.testing.assert_array_equal(moved, part[..., np.newaxis] * (velocity * 0.2))
+
+
+def test_mean_velocity_is_the_chord_over_the_time() -> None:
+    movement = arc_movement(np.array([[[0.2, 2.0]]]), np.zeros((1, 1)), 0.2)
+    mean = movement.mean_velocity
+    np.testing.assert_allclose(np.hypot(*mean[0, 0]), 0.2 * np.sin(0.2) / 0.2)
+    np.testing.assert_allclose(np.arctan2(mean[0, 0, 1], mean[0, 0, 0]), 0.2)
+
+
+def test_commands_are_limited_part_by_part_and_never_go_backwards() -> None:
+    command = np.array([[0.1, 1.0], [0.5, -9.0], [-0.1, 2.5], [np.float32(0.2), np.float32(2.5)]])
+    executed = executable_command(command, np.full(4, 0.2), np.full(4, 2.5))
+    np.testing.assert_array_equal(executed[0], command[0])
+    np.testing.assert_allclose(executed[1], [0.2, -2.5], rtol=1e-5)
+    np.testing.assert_array_equal(executed[2], [0.0, 2.5])
+    np.testing.assert_array_equal(executed[3], command[3])

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from envs.fleet import Fleet
-from safefilter.errors import OutOfRange, ShapeError
+from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 
 
 def test_one_number_is_spread_over_all_robots() -> None:
@@ -31,3 +31,10 @@ def test_too_many_flags_are_refused() -> None:
 def test_numbers_are_no_flags() -> None:
     with pytest.raises(ShapeError, match="got int64"):
         Fleet.of(2, cooperative=[1, 0])
+
+
+def test_kinematics_that_do_not_exist_are_refused() -> None:
+    with pytest.raises(
+        InvalidInput, match="kinematics: expected one of holonomic, differential, got 'tank'"
+    ):
+        Fleet.of(2, kinematics="tank")  # type: ignore[arg-type]  # that is the point

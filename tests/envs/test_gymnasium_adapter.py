@@ -13,7 +13,13 @@ from envs.reward import RewardWeights
 from envs.scenarios import Scenario
 from safefilter.arrays import FloatArray
 
-IDS = ["envs:Crossroad-v0", "envs:Circle-v0"]
+IDS = [
+    "envs:Crossroad-v0",
+    "envs:Circle-v0",
+    "envs:CrossroadDrive-v0",
+    "envs:CorridorDrive-v0",
+    "envs:DoorwayDrive-v0",
+]
 
 
 def make(env_id: str = IDS[0], **options: Any) -> OneLearner:
@@ -152,3 +158,57 @@ def test_picture_shows_the_present_moment() -> None:
     assert first.shape == second.shape
     assert (first != second).any()
     assert make().render() is None
+
+
+def test_drives_take_commands() -> None:
+    env = make("envs:CrossroadDrive-v0")
+    env.reset(seed=0)
+    space = env.action_space
+    assert isinstance(space, gymnasium.spaces.Box)
+    np.testing.assert_allclose(space.low, [0.0, -2.5])
+    np.testing.assert_allclose(space.high, [0.2, 2.5])
+    before = env.navigation.world.heading[0, 0]
+    env.step(np.array([0.0, 2.5], dtype=np.float32))
+    heading = env.scene().heading
+    assert heading is not None
+    assert heading[0] == pytest.approx(before + 0.5, abs=1e-6)
+
+
+def test_kinematics_can_be_chosen() -> None:
+    env = make(kinematics="differential")
+    env.reset(seed=0)
+    assert env.navigation.world.is_differential
+    assert env.scene().num_shared_walls == 0
+
+
+def test_drives_see_the_world_in_their_own_axes() -> None:
+    env = make("envs:CrossroadDrive-v0", num_neighbours=1)
+    env.reset(seed=0)
+    world = env.navigation.world
+    world.heading[0, 0] = 1.0
+    world.goal[0, 0] = world.position[0, 0] + [np.cos(1.0), np.sin(1.0)]
+    observation, *_ = env.step(np.zeros(2, dtype=np.float32))
+    np.testing.assert_allclose(observation[:2], [1.0, 0.0], atol=1e-6)
+
+
+def test_filtered_drive_keeps_clear_of_walls_that_a_bare_one_hits() -> None:
+    safety_filter = sf.SafetyFilter(
+        [sf.PriorityORCA(2.0), sf.Separation(0.2), sf.StaticObstacles(1.0)],
+        sf.DifferentialDrive(0.2, 2.5, 0.2, tracking_error=0.05),
+    )
+    clearances = []
+    for is_filtered in (False, True):
+        env = make("envs:CorridorDrive-v0")
+        env.reset(seed=0)
+        env.navigation.world.heading[0, 0] = np.pi / 2
+        action = np.array([0.2, 0.0], dtype=np.float32)
+        least = np.inf
+        for _ in range(20):
+            scene = env.scene()
+            given = action
+            if is_filtered:
+                given = safety_filter.decide(scene, action[np.newaxis], [0]).action[0]
+            *_, info = env.step(given)
+            least = min(least, info["wall_clearance"])
+        clearances.append(least)
+    assert clearances[0] < 0.0 < clearances[1]

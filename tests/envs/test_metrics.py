@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,10 @@ def outcome(clearance: list[list[float]], num_contacts: int = 0) -> Outcome:
     nobody = np.zeros_like(clearance, dtype=np.bool_)
     return Outcome(
         clearance=np.array(clearance),
+        wall_clearance=np.full_like(clearance, np.inf),
         collided=nobody,
+        hit_robot=nobody,
+        hit_wall=nobody,
         arrived=nobody,
         num_contacts=np.array([num_contacts]),
         over=np.array([False]),
@@ -101,3 +105,19 @@ def test_missing_certificates_are_counted_for_everyone() -> None:
     nobody = np.zeros((1, 2), dtype=np.bool_)
     metrics.record_decision(decision([0, 1], [Case.SAFE, Case.SAFE], [0.0, 0.0]), nobody)
     assert summarise(metrics, World.empty(1, Fleet.of(2))).num_uncertified == 1
+
+
+def test_hits_of_robots_and_of_walls_are_counted_apart() -> None:
+    metrics = Metrics.empty(1, 2)
+    hit = replace(outcome([[-0.1, -0.1]], 1), hit_robot=np.array([[True, True]]))
+    metrics.record(hit)
+    metrics.record(
+        replace(
+            outcome([[0.1, 0.1]]),
+            hit_wall=np.array([[True, False]]),
+            wall_clearance=np.array([[-0.02, 0.3]]),
+        )
+    )
+    summary = summarise(metrics, World.empty(1, Fleet.of(2)))
+    assert (summary.num_robot_hits, summary.num_wall_hits) == (2, 1)
+    assert summary.min_wall_clearance == -0.02

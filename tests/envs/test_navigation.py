@@ -6,6 +6,7 @@ import pytest
 
 from envs import AfterArrival, Circle, Crossroad, Fleet, Navigation, Outcome, Rules
 from envs.scenarios import Placement, Scenario
+from safefilter.arrays import FloatArray
 from safefilter.errors import InvalidInput, NotFinite, OutOfRange, ShapeError
 
 
@@ -16,6 +17,10 @@ class HeadOn:
     gap: float = 1.0
     num_robots: int = 3
     half_extent: float = 10.0
+
+    @property
+    def walls(self) -> FloatArray:
+        return np.zeros((0, 2, 2))
 
     def place(self, rng: np.random.Generator) -> Placement:
         del rng
@@ -255,3 +260,79 @@ def test_a_fleet_of_another_size_is_refused() -> None:
 def test_no_world_at_all_is_refused() -> None:
     with pytest.raises(OutOfRange, match="num_worlds: expected 1 or more, got 0"):
         Navigation(Crossroad(), num_worlds=0)
+
+
+def drives(scenario: Scenario, rules: Rules | None = None, num_worlds: int = 1) -> Navigation:
+    fleet = Fleet.of(scenario.num_robots, kinematics="differential")
+    navigation = Navigation(scenario, fleet, rules, num_worlds=num_worlds)
+    navigation.reset(0)
+    return navigation
+
+
+def test_drives_start_facing_their_goals() -> None:
+    world = drives(HeadOn()).world
+    np.testing.assert_allclose(world.heading, [[0.0, np.pi, -np.pi / 2]])
+
+
+def test_drives_follow_arcs_and_show_their_mean_velocity() -> None:
+    navigation = drives(HeadOn())
+    command = np.zeros((1, 3, 2))
+    command[0, 0] = [0.2, 2.0]
+    navigation.step(command)
+    world = navigation.world
+    radius = 0.2 / 2.0
+    expected = [radius * np.sin(0.4), radius * (1.0 - np.cos(0.4))]
+    np.testing.assert_allclose(world.position[0, 0], expected)
+    np.testing.assert_allclose(world.velocity[0, 0], np.array(expected) / 0.2)
+    np.testing.assert_allclose(world.heading[0, 0], 0.4)
+    assert (world.velocity[0, 1:] == 0.0).all()
+
+
+def test_headings_stay_within_half_a_turn() -> None:
+    navigation = drives(HeadOn())
+    command = np.zeros((1, 3, 2))
+    command[..., 1] = 2.5
+    for _ in range(50):
+        navigation.step(command)
+    assert (np.abs(navigation.world.heading) <= np.pi).all()
+    expected = np.angle(np.exp(1j * (25.0 + np.array([0.0, np.pi, -np.pi / 2]))))
+    np.testing.assert_allclose(navigation.world.heading[0], expected, atol=1e-9)
+
+
+def test_a_robot_that_hits_a_wall_stops_there() -> None:
+    navigation = drives(Crossroad(is_walled=True))
+    command = np.zeros((1, 8, 2))
+    navigation.world.heading[0, 0] = -np.pi / 2
+    command[0, 0, 0] = 0.2
+    outcomes = [navigation.step(command) for _ in range(12)]
+    world = navigation.world
+    assert world.collided[0].tolist() == [True] + [False] * 7
+    assert sum(int(outcome.hit_wall.sum()) for outcome in outcomes) == 1
+    assert not any(outcome.hit_robot.any() for outcome in outcomes)
+    assert world.position[0, 0, 1] == pytest.approx(0.105 - 0.7, abs=1e-9)
+    assert min(outcome.wall_clearance[0, 0] for outcome in outcomes) < 0.0
+
+
+def test_scenes_hold_headings_and_walls() -> None:
+    navigation = drives(Crossroad(is_walled=True), num_worlds=2)
+    for scene in (navigation.scene(1), navigation.scenes()):
+        assert scene.heading is not None
+        np.testing.assert_array_equal(scene.heading[-8:], navigation.world.heading[1])
+        np.testing.assert_array_equal(
+            scene.walls[:, :4].reshape(-1, 2, 2), navigation.scenario.walls
+        )
+
+
+def test_wanted_commands_reach_the_scene_as_mean_velocities() -> None:
+    navigation = drives(HeadOn())
+    command = np.zeros((1, 3, 2))
+    command[0, 0] = [0.2, 2.0]
+    scene = navigation.scenes(command)
+    navigation.step(command)
+    assert scene.wanted is not None
+    np.testing.assert_array_equal(scene.wanted, navigation.world.velocity[0])
+
+
+def test_starts_inside_walls_are_refused() -> None:
+    with pytest.raises(InvalidInput, match=r"robot 0 of world 0 starts 0\.\d+ m inside a wall"):
+        drives(Crossroad(is_walled=True, end_margin=0.01))

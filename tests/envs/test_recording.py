@@ -26,3 +26,17 @@ def test_recording_holds_the_start_and_every_step() -> None:
     np.testing.assert_allclose(step, 0.04)
     with pytest.raises(ValueError, match="read-only"):
         recording.position[0] = 0.0
+
+
+def test_recording_of_drives_holds_headings_and_walls() -> None:
+    scenario = Crossroad(is_walled=True)
+    navigation = Navigation(scenario, Fleet.of(8, kinematics="differential"))
+    navigation.reset(0)
+    recorder = Recorder(navigation.world, 0, 0.2, walls=scenario.walls)
+    navigation.step(np.full((1, 8, 2), 0.1))
+    recorder.record()
+    recording = recorder.recording()
+    assert recording.has_heading
+    turned = np.diff(recording.heading, axis=0) % (2.0 * np.pi)
+    np.testing.assert_allclose(turned, 0.02)
+    np.testing.assert_array_equal(recording.walls, scenario.walls)

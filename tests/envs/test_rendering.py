@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -78,3 +80,14 @@ def test_equal_priorities_share_a_colour_and_higher_ones_are_darker() -> None:
     assert len(set(priority_colours(np.ones(3)))) == 1
     colours = priority_colours(np.array([1.0, 2.0, 8.0]))
     assert sum(colours[0]) > sum(colours[1]) > sum(colours[2])
+
+
+def test_walls_and_headings_are_drawn() -> None:
+    recording = crossing(num_steps=1)
+    walled = replace(recording, walls=np.array([[[-2.0, 2.0], [2.0, 2.0]]]))
+    facing = replace(recording, has_heading=True)
+    bare, with_wall, with_noses = (
+        np.asarray(draw_moment(each, 1, CANVAS)) for each in (recording, walled, facing)
+    )
+    assert (bare != with_wall).any(axis=-1).sum() > 150
+    assert (bare != with_noses).any(axis=-1).sum() > 8

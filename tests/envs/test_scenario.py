@@ -3,11 +3,25 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from envs.arcs import Segment, segment_distance
 from envs.fleet import RADIUS
-from envs.scenarios import Circle, Crossroad, Placement, Scenario
+from envs.scenarios import Circle, Corridor, Crossroad, Doorway, Placement, Scenario, UShape
+from envs.scenarios.scenario import chain
 from safefilter.errors import OutOfRange
 
-SCENARIOS: list[Scenario] = [Crossroad(), Circle(2), Circle(12), Circle(200)]
+SCENARIOS: list[Scenario] = [
+    Crossroad(),
+    Crossroad(is_walled=True),
+    Circle(2),
+    Circle(12),
+    Circle(200),
+    Corridor(),
+    Corridor(num_robots=12),
+    Doorway(),
+    Doorway(num_robots=8),
+    UShape(),
+    UShape(num_robots=5),
+]
 
 
 def place(scenario: Scenario, seed: int = 0) -> Placement:
@@ -44,3 +58,21 @@ def test_jitter_moves_every_start(scenario: Scenario) -> None:
 def test_impossible_sizes_are_refused(build: Callable[[], Scenario], message: str) -> None:
     with pytest.raises(OutOfRange, match=message):
         build()
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.parametrize("seed", range(3))
+def test_starts_and_goals_are_clear_of_walls_which_are_in_the_window(
+    scenario: Scenario, seed: int
+) -> None:
+    placement = place(scenario, seed)
+    assert (np.abs(scenario.walls) <= scenario.half_extent).all()
+    for x, y in (*placement.start, *placement.goal):
+        for wall in scenario.walls:
+            distance = segment_distance(x, y, x, y, Segment(*wall.ravel()))
+            assert distance > RADIUS + 0.1
+
+
+def test_chain_joins_points_one_after_the_other() -> None:
+    walls = chain((0.0, 0.0), (1.0, 0.0), (1.0, 2.0))
+    assert walls.tolist() == [[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [1.0, 2.0]]]

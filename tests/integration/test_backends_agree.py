@@ -81,8 +81,9 @@ OTHER_BACKENDS = [name for name in sf.available_backends() if name != "planar"]
 
 
 def filter_with(backend: str) -> sf.SafetyFilter:
-    constraints = [sf.PriorityORCA(TAU), sf.Separation(DT)]
-    return sf.SafetyFilter(constraints, sf.Holonomic(V_MAX), backend=backend)
+    return sf.SafetyFilter(
+        [sf.PriorityORCA(TAU), sf.Separation(DT)], sf.Holonomic(V_MAX), backend=backend
+    )
 
 
 @functools.cache

@@ -34,3 +34,12 @@ def test_ramming_stands_still_when_nobody_is_left() -> None:
 def test_robots_on_one_spot_cannot_aim() -> None:
     velocity = Ramming().act(row_of([2.0, 2.0]), np.random.default_rng(0))
     np.testing.assert_array_equal(velocity, np.zeros((1, 2, 2)))
+
+
+def test_drives_turn_to_whom_they_ram() -> None:
+    world = World.empty(1, Fleet.of(2, kinematics="differential"))
+    world.present[...] = True
+    world.position[0, :, 0] = [0.0, 1.0]
+    command = Ramming().act(world, np.random.default_rng(0))
+    np.testing.assert_allclose(command[0, 0], [0.2, 0.0])
+    np.testing.assert_allclose(np.abs(command[0, 1]), [0.0, 2.5], atol=1e-12)

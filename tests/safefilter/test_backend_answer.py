@@ -12,7 +12,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from safefilter.arrays import FloatArray
-from safefilter.backend_answer import LINEAR_BACKEND, BackendAnswer, Solvers, ask_backend, make_solvers
+from safefilter.backend_answer import (
+    LINEAR_BACKEND,
+    BackendAnswer,
+    Solvers,
+    ask_backend,
+    make_solvers,
+)
 from safefilter.backends import registry
 from safefilter.backends.backend import Backend, Capabilities, Solution, Status
 from safefilter.backends.planar import Planar
@@ -71,7 +77,10 @@ def to(status: Status) -> Callable[[Solution], Solution]:
     def spoil(solution: Solution) -> Solution:
         if status.has_point:
             return replace(solution, status=status)
-        x, multipliers = np.full_like(solution.x, np.nan), np.full_like(solution.multipliers, np.nan)
+        x, multipliers = (
+            np.full_like(solution.x, np.nan),
+            np.full_like(solution.multipliers, np.nan),
+        )
         return replace(solution, status=status, x=x, multipliers=multipliers)
 
     return spoil
@@ -79,7 +88,9 @@ def to(status: Status) -> Callable[[Solution], Solution]:
 
 def elsewhere(solution: Solution) -> Solution:
     point = np.full_like(solution.x, 0.05)
-    return replace(solution, status=Status.OPTIMAL, x=point, multipliers=np.zeros_like(solution.multipliers))
+    return replace(
+        solution, status=Status.OPTIMAL, x=point, multipliers=np.zeros_like(solution.multipliers)
+    )
 
 
 def ask(
@@ -174,7 +185,9 @@ def test_every_lie_has_its_name(
         KeyError("no"),
         ZeroDivisionError("no"),
         MemoryError(),
-        BackendFailed("no", ConvexProgram(np.eye(1), np.zeros(1), np.eye(1), np.ones(1)), Status.FAILED),
+        BackendFailed(
+            "no", ConvexProgram(np.eye(1), np.zeros(1), np.eye(1), np.ones(1)), Status.FAILED
+        ),
     ],
 )
 def test_whatever_a_backend_raises_is_a_fault(error: Exception) -> None:
@@ -206,7 +219,9 @@ def test_whatever_is_wrong_with_a_backend_an_answer_without_fault_is_the_right_o
     rows = half_spaces(normals, np.full(len(angles), offset))
     backend = FAULTS[name](TOLERANCE)
     honest = ask(Planar(TOLERANCE), rows, wanted)
-    assume(honest.fault is Fault.NONE)  # t* between 0 and the tolerance: empty to some, not to others
+    assume(
+        honest.fault is Fault.NONE
+    )  # t* between 0 and the tolerance: empty to some, not to others
     for target in (wanted, (0.1, -0.2), wanted):
         answer = ask(backend, rows, target)
         if answer.fault is Fault.NONE and target == wanted:
@@ -292,6 +307,10 @@ def test_with_a_deadline_the_help_works_in_a_process_of_its_own_too() -> None:
 def test_names_are_checked_before_anything_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(UnknownBackend, match="no backend is called 'nobody'"):
         make_solvers("nobody", TOLERANCE, 1.0)
-    monkeypatch.setattr(registry, "_registered", {"local": lambda tolerance: Planar(tolerance)})
+
+    def local(tolerance: float) -> Backend:
+        return Planar(tolerance)
+
+    monkeypatch.setattr(registry, "_registered", {"local": local})
     with pytest.raises(InvalidInput, match="use a function or class at the top level of a module"):
         make_solvers("local", TOLERANCE, 1.0)

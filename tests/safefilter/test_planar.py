@@ -162,7 +162,9 @@ def test_other_quadratic_programs_are_refused(program: ConvexProgram) -> None:
 )
 def test_other_linear_programs_are_refused(q: list[float], G: list[list[float]]) -> None:
     size = len(q)
-    program = ConvexProgram(np.zeros((size, size)), np.array(q), np.array(G, dtype=np.float64), np.ones(len(G)))
+    program = ConvexProgram(
+        np.zeros((size, size)), np.array(q), np.array(G, dtype=np.float64), np.ones(len(G))
+    )
     with pytest.raises(UnsupportedProgram) as caught:
         solve(program)
     assert str(caught.value) == (
@@ -249,7 +251,9 @@ def test_programs_as_large_as_crowds_agree_with_a_general_solver(seed: int, num_
     rng = np.random.default_rng(seed)
     angle = rng.uniform(0.0, 2.0 * np.pi, num_rows)
     rows = np.vstack([np.column_stack([np.cos(angle), np.sin(angle)]), BOX])
-    program = nearest(rng.normal(size=2), rows, np.append(rng.uniform(-0.1, 0.5, num_rows), [0.5] * 4))
+    program = nearest(
+        rng.normal(size=2), rows, np.append(rng.uniform(-0.1, 0.5, num_rows), [0.5] * 4)
+    )
     solution, answer = solve(program), make_backend("clarabel", tolerance=1e-9).solve(program)
     assert solution.status is answer.status
     if solution.status is Status.OPTIMAL:

@@ -1,6 +1,6 @@
-"""The exact planar solver, against answers by hand, against rational arithmetic, and on rows made to break it.
+"""The exact planar solver, against answers by hand and against rational arithmetic.
 
-Rows are ``n_x x + n_y y >= offset``, written (n_x, n_y, offset). Letters: K programs, M rows.
+Rows are ``n_x x + n_y y >= offset``, written (n_x, n_y, offset).
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
-from safefilter.arrays import FloatArray, IntArray
+from safefilter.arrays import FloatArray
 from safefilter.backends.planar_kernel import (
     CONTRADICTION,
     SOLVED,
@@ -25,7 +25,6 @@ from safefilter.backends.planar_kernel import (
     least_violation,
     project,
 )
-from safefilter.jit import kernel
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.testing.exact_oracle import exact_least_violation, exact_nearest
 from safefilter.testing.program_strategies import (
@@ -34,7 +33,6 @@ from safefilter.testing.program_strategies import (
     contradictory_programs,
     permitted_programs,
     second_stage_programs,
-    speeds,
 )
 
 TOLERANCE = 1e-9
@@ -59,63 +57,6 @@ class Answer(NamedTuple):
     is_proved: bool
 
 
-class Table(NamedTuple):
-    """Answers to K programs: numbers (K, 10), labels (K, 11)."""
-
-    numbers: FloatArray
-    labels: IntArray
-
-
-@kernel
-def solve_all(
-    array: FloatArray,
-    num_hard: int,
-    num_sides: int,
-    inner_radius: float,
-    wanted: FloatArray,
-    tolerance: float,
-    radius: float,
-    numbers: FloatArray,
-    labels: IntArray,
-) -> None:
-    for k in range(len(array)):
-        rows = Rows(array[k], array.shape[2], num_hard, num_sides, inner_radius)
-        active, multipliers = labels[k, :3], numbers[k, :3]
-        proof, weights = labels[k, 3:6], numbers[k, 3:6]
-        wanted_x, wanted_y = wanted[k, 0], wanted[k, 1]
-        least, relaxation, proof_count = 0.0, 0.0, 0
-        status, x, y, count = project(
-            rows, 0.0, wanted_x, wanted_y, tolerance, active, multipliers
-        )
-        if status == CONTRADICTION:
-            status, x, y, count, least, relaxation, proof_count = least_violation(
-                rows, wanted_x, wanted_y, tolerance, active, multipliers, count, proof, weights
-            )
-        numbers[k, 6], numbers[k, 7], numbers[k, 8], numbers[k, 9] = x, y, least, relaxation
-        labels[k, 6], labels[k, 7], labels[k, 8] = status, count, proof_count
-        labels[k, 9] = is_nearest(
-            rows, relaxation, wanted_x, wanted_y, x, y, tolerance, active, multipliers, count
-        )
-        labels[k, 10] = least <= tolerance or is_proof(
-            rows, least, radius, tolerance, proof, weights, proof_count
-        )
-
-
-def answers(
-    array: FloatArray,
-    wanted: FloatArray,
-    num_hard: int,
-    *,
-    num_sides: int = 0,
-    inner_radius: float = 0.0,
-    radius: float = 4.0,
-    tolerance: float = TOLERANCE,
-) -> Table:
-    table = Table(np.zeros((len(array), 10)), np.zeros((len(array), 11), dtype=np.int64))
-    solve_all(array, num_hard, num_sides, inner_radius, wanted, tolerance, radius, *table)
-    return table
-
-
 def answer(
     rows: npt.ArrayLike,
     wanted: npt.ArrayLike,
@@ -124,26 +65,31 @@ def answer(
     radius: float = 4.0,
     tolerance: float = TOLERANCE,
 ) -> Answer:
-    array = np.ascontiguousarray(np.reshape(np.asarray(rows, dtype=np.float64), (1, -1, 3)).swapaxes(1, 2))
-    table = answers(
-        array,
-        np.array([wanted], dtype=np.float64),
-        num_hard,
-        radius=radius,
-        tolerance=tolerance,
-    )
-    numbers, labels = table.numbers[0], table.labels[0]
+    array = np.reshape(np.asarray(rows, dtype=np.float64), (-1, 3)).T.copy()
+    system = Rows(array, array.shape[1], num_hard, 0, 0.0)
+    wanted_x, wanted_y = (float(part) for part in np.asarray(wanted))
+    active, proof = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
+    multipliers, weights = np.zeros(3), np.zeros(3)
+    least, relaxation, proof_count = 0.0, 0.0, 0
+    status, x, y, count = project(system, 0.0, wanted_x, wanted_y, tolerance, active, multipliers)
+    if status == CONTRADICTION:
+        status, x, y, count, least, relaxation, proof_count = least_violation(
+            system, wanted_x, wanted_y, tolerance, active, multipliers, count, proof, weights
+        )
     return Answer(
-        status=int(labels[6]),
-        point=numbers[6:8],
-        least=float(numbers[8]),
-        relaxation=float(numbers[9]),
-        active=labels[: labels[7]].tolist(),
-        multipliers=numbers[: labels[7]].tolist(),
-        proof=labels[3 : 3 + labels[8]].tolist(),
-        weights=numbers[3 : 3 + labels[8]].tolist(),
-        is_nearest=bool(labels[9]),
-        is_proved=bool(labels[10]),
+        status=status,
+        point=np.array([x, y]),
+        least=least,
+        relaxation=relaxation,
+        active=active[:count].tolist(),
+        multipliers=multipliers[:count].tolist(),
+        proof=proof[:proof_count].tolist(),
+        weights=weights[:proof_count].tolist(),
+        is_nearest=is_nearest(
+            system, relaxation, wanted_x, wanted_y, x, y, tolerance, active, multipliers, count
+        ),
+        is_proved=least <= tolerance
+        or is_proof(system, least, radius, tolerance, proof, weights, proof_count),
     )
 
 
@@ -157,10 +103,6 @@ def answer_to(program: ConvexProgram, num_hard: int) -> Answer:
 
 def turned(angle: float, offset: float) -> Row:
     return math.cos(angle), math.sin(angle), offset
-
-
-def relaxed(program: ConvexProgram, slack: float) -> ConvexProgram:
-    return ConvexProgram(program.P, program.q, program.G, program.h + slack)
 
 
 def distance_of(point: tuple[Fraction, ...] | None, wanted: FloatArray) -> float:
@@ -264,7 +206,9 @@ def test_multipliers_are_those_of_a_nearest_point(program: ConvexProgram) -> Non
     assert min(found.multipliers, default=0.0) >= 0.0
     assert len(set(found.active)) == len(found.active) <= 2
     rows = rows_of(program)[found.active]
-    offsets = rows[:, 2] - np.where(np.array(found.active, dtype=np.int64) >= SIDES, found.relaxation, 0.0)
+    offsets = rows[:, 2] - np.where(
+        np.array(found.active, dtype=np.int64) >= SIDES, found.relaxation, 0.0
+    )
     assert rows[:, :2] @ found.point == pytest.approx(offsets, abs=1e-12)
     weights = np.array(found.multipliers)
     assert found.point + program.q == pytest.approx(
@@ -324,100 +268,6 @@ def test_of_all_least_violations_the_nearest_is_chosen(stages: SecondStage) -> N
             assert apart >= distance_of(exact, wanted) - 1e-9
 
 
-@st.composite
-def almost_parallel_rows(draw: st.DrawFn) -> tuple[list[Row], FloatArray]:
-    """Rows within 1e-16 ... 1e-4 of one line, in both directions, and what is wanted."""
-    angle, offset = draw(st.floats(0.0, 6.28)), draw(speeds(0.2))
-    rows = []
-    for _ in range(draw(st.integers(2, 4))):
-        side = draw(st.sampled_from((0.0, math.pi)))
-        turn = draw(st.sampled_from((-1.0, 0.0, 1.0))) * 10.0 ** draw(st.floats(-16.0, -4.0))
-        shift = draw(st.sampled_from((-1.0, 0.0, 1.0))) * 10.0 ** draw(st.floats(-17.0, -2.0))
-        rows.append(turned(angle + side + turn, (offset if side == 0.0 else -offset) + shift))
-    return [*BOX, *rows], np.array([draw(speeds(1.0)), draw(speeds(1.0))])
-
-
-# The foot on the first row seems outside of the third, which is parallel to 1e-11 and 4e-8 away by Cramer's rule.
-@example(
-    drawn=(
-        [
-            *BOX,
-            (0.9751524888307088, -0.221534700503723, 0.0720090329455992),
-            (0.9751524580349737, -0.2215348360604911, 0.07200903294782632),
-            (-0.9751524888223941, 0.2215347005403225, -0.07200903294782703),
-        ],
-        np.array([-0.02509005361382722, -0.08488329504491647]),
-    )
-)
-# Head-on to 1e-6: the crossing at t* lies on its rows to 2e-12 only by Cramer's rule.
-@example(
-    drawn=(
-        [
-            *BOX,
-            (-0.9352919290878126, 0.353877107741089, -0.04948911028957855),
-            (0.9352929374380625, -0.35387444267491325, 0.1390336263513065),
-            (-0.9352923068039026, 0.3538761094414745, 0.05878659948321318),
-        ],
-        np.array([-0.10541518093760394, 0.04159160398340395]),
-    )
-)
-@given(drawn=almost_parallel_rows())
-def test_rows_that_are_almost_parallel_are_answered_as_nearly_as_rows_are_known(
-    drawn: tuple[list[Row], FloatArray],
-) -> None:
-    rows, wanted = drawn
-    found = answer(rows, wanted, num_hard=4)
-    assert found.status == SOLVED
-    assert found.is_nearest
-    assert found.is_proved
-    apart = math.hypot(*(found.point - wanted))
-    array = np.array(rows)
-    slack = np.where(np.arange(len(rows)) >= 4, found.relaxation, 0.0)
-    program = ConvexProgram(np.eye(2), -wanted, -array[:, :2], -array[:, 2] + slack)
-    assert program.violation(found.point) <= 2e-12
-    # No farther than with rows drawn in, no nearer than with rows let out by the tolerance.
-    assert apart >= distance_of(exact_nearest(relaxed(program, 2e-12)), wanted) - 1e-12
-    drawn_in = exact_nearest(relaxed(program, -2.0 * TOLERANCE))
-    assert drawn_in is None or apart <= distance_of(drawn_in, wanted) + 1e-12
-
-
-@given(almost_parallel_rows())
-def test_the_least_violation_of_almost_parallel_rows_is_the_exact_one(
-    drawn: tuple[list[Row], FloatArray],
-) -> None:
-    rows, wanted = drawn
-    array = np.array(rows)
-    lift = np.where(np.arange(len(rows)) < 4, 0.0, -1.0)
-    corner = exact_least_violation(
-        ConvexProgram(
-            P=np.zeros((3, 3)),
-            q=np.array([0.0, 0.0, 1.0]),
-            G=np.vstack([np.column_stack([-array[:, :2], lift]), [0.0, 0.0, -1.0]]),
-            h=np.append(-array[:, 2], 0.0),
-        )
-    )
-    assert corner is not None
-    assert answer(rows, wanted, num_hard=4).least == pytest.approx(float(corner[2]), abs=TOLERANCE)
-
-
-@pytest.mark.parametrize("apart", [10.0**-k for k in range(3, 13)])
-def test_two_rows_back_to_back_have_half_their_distance_as_least_violation(apart: float) -> None:
-    rows = [*BOX, (0.6, 0.8, 0.1), (-0.6, -0.8, apart - 0.1)]
-    found = answer(rows, [0.4, 0.1], num_hard=4)
-    assert found.status == SOLVED
-    assert found.least == pytest.approx(apart / 2.0, abs=1e-12)
-    assert np.array([0.6, 0.8]) @ found.point == pytest.approx(0.1, abs=apart + 2.0 * TOLERANCE)
-
-
-@pytest.mark.parametrize("sine", [10.0**-k for k in range(6, 15)])
-def test_a_sharp_wedge_ends_somewhere_on_its_rows(sine: float) -> None:
-    # The wedge points up and ends at (0, 0.1): beyond, its rows part by less than `sine` a metre.
-    wedge = [turned(sine, 0.1 * sine), (-1.0, 0.0, 0.0)]
-    found = answer([*BOX, *wedge], [-0.3, -0.4], num_hard=4)
-    assert (found.status, found.is_nearest, found.is_proved) == (SOLVED, True, True)
-    assert abs(found.point[0]) <= 2.0 * TOLERANCE + 0.6 * sine
-
-
 @given(permitted_programs(), st.randoms(use_true_random=False))
 def test_the_order_of_rows_does_not_matter(program: ConvexProgram, random: object) -> None:
     rows = rows_of(program)
@@ -472,151 +322,3 @@ def test_normals_may_be_as_far_from_unit_length_as_half_spaces_allow(length: flo
         found = answer(far, wanted)
         assert (found.status, found.is_nearest) == (SOLVED, True)
         assert found.point == pytest.approx(point, abs=1e-8)
-
-
-def is_nearest_at(point: list[float], active: list[int], multipliers: list[float]) -> bool:
-    """Check a claim about the point of the box nearest to (1, 0.9)."""
-    array = np.array(BOX).T.copy()
-    return is_nearest(
-        Rows(array, 4, 4, 0, 0.0), 0.0, 1.0, 0.9, point[0], point[1], TOLERANCE,
-        np.array(active), np.array(multipliers), len(active),
-    )  # fmt: skip
-
-
-def test_is_nearest_believes_nothing() -> None:
-    assert is_nearest_at([0.5, 0.5], [2, 3], [0.5, 0.4])
-    assert is_nearest_at([0.5, 0.5], [3, 2], [0.4, 0.5])
-    assert not is_nearest_at([0.5, 0.5], [2, 3], [0.4, 0.5])
-    assert not is_nearest_at([0.5, 0.5], [2], [0.5])
-    assert not is_nearest_at([0.5, 0.5], [2, 3], [0.5, math.nan])
-    assert not is_nearest_at([0.5, 0.5 + 1e-6], [2, 3], [0.5, 0.4 - 1e-6])
-    assert not is_nearest_at([0.5, 0.5 - 1e-6], [2, 3], [0.5, 0.4 + 1e-6])
-    assert not is_nearest_at([0.5, 0.9], [2], [0.5])
-    assert not is_nearest_at([math.nan, 0.5], [2, 3], [0.5, 0.4])
-    # Rows 0 and 2 balance: the sum is right, the sign is not.
-    assert not is_nearest_at([0.5, 0.5], [2, 3, 0], [-0.5, 0.4, -1.0])
-
-
-def is_proof_of(
-    least: float, proof: list[int], weights: list[float], rows: list[Row] | None = None
-) -> bool:
-    """Check a claim about t* of two soft rows 0.2 apart in the box: 0.1."""
-    soft = rows or [(1.0, 0.0, 0.1), (-1.0, 0.0, 0.1)]
-    array = np.array([*BOX, *soft]).T.copy()
-    return is_proof(
-        Rows(array, len(BOX) + len(soft), 4, 0, 0.0), least, 1.0, TOLERANCE,
-        np.array(proof), np.array(weights), len(proof),
-    )  # fmt: skip
-
-
-def test_is_proof_believes_nothing() -> None:
-    assert is_proof_of(0.1, [4, 5], [0.5, 0.5])
-    assert is_proof_of(0.05, [4, 5], [0.5, 0.5])
-    assert not is_proof_of(0.1 + 1e-8, [4, 5], [0.5, 0.5])
-    assert not is_proof_of(0.1, [4, 5], [0.6, 0.4])
-    assert not is_proof_of(0.1, [4, 5], [1.0, 1.0])
-    assert not is_proof_of(0.1, [4], [1.0])
-    assert not is_proof_of(0.1, [4, 5], [0.5, math.nan])
-    assert not is_proof_of(0.1, [4, 5], [1.5, -0.5])
-    assert not is_proof_of(0.1, [0, 2], [1.0, 1.0])
-
-
-def family(name: str, shape: tuple[int, int], v: float, rng: np.random.Generator) -> FloatArray:
-    """Soft rows of K programs, shape (K, 3, M), of a kind that is hard for active-set methods."""
-    angle = rng.uniform(0.0, 2.0 * np.pi, shape)
-    offset = rng.normal(0.0, 0.5, shape) * v
-    few = rng.integers(0, max(1, shape[1] // 3), shape)
-    sides = rng.integers(0, 2, shape)
-    signs = np.where(sides == 1, -1.0, 1.0)
-    small = rng.choice([-1.0, 0.0, 1.0], shape)
-    if name == "empty":
-        offset = np.abs(offset)
-    elif name == "equal":
-        angle, offset = (np.take_along_axis(part, few, 1) for part in (angle, offset))
-    elif name == "parallel":
-        angle = np.take_along_axis(angle, few, 1)
-    elif name == "back to back":
-        angle = np.take_along_axis(angle, few, 1) + np.pi * sides
-        offset = signs * np.take_along_axis(offset, few, 1)
-        offset += small * 10.0 ** rng.uniform(-13.0, -2.0, shape) * v
-    elif name == "almost parallel":
-        angle = np.take_along_axis(angle, few, 1) + np.pi * sides
-        angle += small * 10.0 ** rng.uniform(-16.0, -4.0, shape)
-        offset = signs * np.take_along_axis(offset, few, 1)
-        offset += rng.choice([-1.0, 0.0, 1.0], shape) * 10.0 ** rng.uniform(-17.0, -2.0, shape) * v
-    elif name == "through one point":
-        point = rng.uniform(-0.7, 0.7, (shape[0], 1, 2)) * v
-        offset = np.cos(angle) * point[..., 0] + np.sin(angle) * point[..., 1]
-        offset += small * 10.0 ** rng.uniform(-17.0, -6.0, shape) * v
-    elif name == "through the origin":
-        offset *= 0.0
-    elif name == "on a grid":
-        angle = rng.integers(0, 8, shape) * (np.pi / 4.0)
-        offset = rng.integers(-3, 4, shape) * (v / 4.0)
-    elif name == "far outside":
-        offset = np.where(rng.random(shape) < 0.5, -1e6, offset)
-    elif name == "far inside":
-        offset = np.where(rng.random(shape) < 0.3, 1e6 * rng.random(shape), offset)
-    elif name == "head-on":
-        angle = rng.uniform(0.0, 2.0 * np.pi, (shape[0], 1)) + np.pi * sides
-        angle = angle + small * 10.0 ** rng.uniform(-9.0, -1.0, shape)
-    return np.stack([np.cos(angle), np.sin(angle), offset], axis=1)
-
-
-FAMILIES = [
-    "any", "empty", "equal", "parallel", "back to back", "almost parallel", "through one point",
-    "through the origin", "on a grid", "far outside", "far inside", "head-on",
-]  # fmt: skip
-
-
-def wanted_points(
-    soft: FloatArray, v: float, rng: np.random.Generator
-) -> FloatArray:
-    """What is wanted: anything, the origin, or a point on a row."""
-    num_programs = len(soft)
-    wanted = rng.normal(0.0, 0.7, (num_programs, 2)) * v
-    row = soft[np.arange(num_programs), :, rng.integers(0, soft.shape[2], num_programs)]
-    short = row[:, 2] - (row[:, :2] * wanted).sum(axis=1)
-    kind = rng.integers(0, 4, num_programs)[:, None]
-    wanted = np.where(kind == 0, wanted + short[:, None] * row[:, :2], wanted)
-    return np.where(kind == 1, 0.0, wanted)
-
-
-def polygon(num_sides: int, v: float) -> FloatArray:
-    angle = (np.arange(num_sides) + 0.5) * (2.0 * np.pi / num_sides)
-    inside = np.full(num_sides, -math.cos(math.pi / num_sides) * v)
-    return np.stack([-np.cos(angle), -np.sin(angle), inside])
-
-
-def assert_all_proved(name: str, num_programs: int, num_rows: int, v: float) -> None:
-    """Solve programs of a family inside of a polygon of 64 sides for the speed v."""
-    rng = np.random.default_rng([FAMILIES.index(name), num_rows, round(1e3 * v)])
-    soft = family(name, (num_programs, num_rows), v, rng)
-    sides = np.broadcast_to(polygon(64, v), (num_programs, 3, 64))
-    array = np.concatenate([sides, soft], axis=2)
-    wanted = wanted_points(soft, v, rng)
-    inner = v * math.cos(math.pi / 64)
-    table = answers(array, wanted, 64, num_sides=64, inner_radius=inner, radius=1.000001 * v)
-    status, nearest, proved = table.labels[:, 6], table.labels[:, 9], table.labels[:, 10]
-    wrong = np.flatnonzero((status != SOLVED) | (nearest == 0) | (proved == 0))
-    assert len(wrong) == 0, (
-        f"{len(wrong)} of {num_programs}, such as: "
-        f"{soft[wrong[0]].T.tolist()}, wanted {wanted[wrong[0]].tolist()}: {table.labels[wrong[0]]}"
-    )
-    # The circle inside the polygon spares its sides a look, and changes nothing.
-    again = answers(array, wanted, 64, radius=1.000001 * v)
-    np.testing.assert_array_equal(table.numbers[:, 6:], again.numbers[:, 6:])
-
-
-@pytest.mark.parametrize("num_rows", [3, 80])
-@pytest.mark.parametrize("name", FAMILIES)
-def test_hard_families_are_answered_with_proof(name: str, num_rows: int) -> None:
-    assert_all_proved(name, 10, num_rows, 0.2)
-
-
-@pytest.mark.stress
-@pytest.mark.parametrize("v", [1e-3, 0.2, 1.0, 30.0, 1e3])
-@pytest.mark.parametrize("name", FAMILIES)
-def test_a_million_programs_of_hard_families_are_answered_with_proof(name: str, v: float) -> None:
-    for num_rows in (3, 10, 80):
-        assert_all_proved(name, 6000, num_rows, v)

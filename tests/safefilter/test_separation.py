@@ -179,6 +179,28 @@ def test_centres_too_close_for_a_direction_take_opposite_ones(offset: float) -> 
     assert (rows.offsets == 0.0).all()
 
 
+def test_rows_point_away_from_the_neighbour() -> None:
+    scene = Scene.from_world([[0.0, 0.0], [3.0, 4.0]], np.zeros((2, 2)), 0.5)
+    rows = Separation(DT, 0.0).half_spaces(scene, np.zeros((2, 2)), np.arange(2))
+    assert rows.normals[:, 0].tolist() == [[-0.6, -0.8], [0.6, 0.8]]
+    assert (-rows.offsets[:, 0] * DT).tolist() == [2.0, 2.0]
+
+
+@given(crowd=crowds())
+def test_both_robots_measure_along_the_same_line(crowd: Crowd) -> None:
+    rows = Separation(DT).half_spaces(
+        crowd.scene, np.zeros((crowd.scene.num_robots, 2)), np.arange(crowd.scene.num_robots)
+    )
+    normal = {
+        (b, int(rows.labels[b, m, 1])): rows.normals[b, m].tolist()
+        for b, m in np.argwhere(rows.present).tolist()
+    }
+    for (i, j), n in normal.items():
+        p = (crowd.scene.position[j] - crowd.scene.position[i]).tolist()
+        assert [-x for x in normal[j, i]] == n
+        assert n[0] * p[0] + n[1] * p[1] == pytest.approx(-math.hypot(*p), abs=ROUNDING)
+
+
 def test_rows_by_hand() -> None:
     rows = Separation(DT, safety_margin=0.5).half_spaces(pair(2.5), np.zeros((2, 2)), np.arange(2))
     # 2 m free, shared 1 to 3, in a quarter of a second.

@@ -30,7 +30,7 @@ def test_clarabel_is_asked_if_no_backend_is_named() -> None:
 
 
 def test_the_tolerance_reaches_the_backend() -> None:
-    with pytest.raises(OutOfRange, match="tolerance: expected a number above 0, got -1.0"):
+    with pytest.raises(OutOfRange, match=r"tolerance: expected a number above 0, got -1\.0"):
         sf.solve(PROGRAM, "planar", tolerance=-1.0)
 
 

@@ -29,7 +29,9 @@ MOST_TRIES = 2000
 
 def program(wanted: float) -> ConvexProgram:
     """A projection whose wanted point tells `Moody` how to behave."""
-    return ConvexProgram(np.eye(2), np.array([-wanted, 0.0]), np.array([[1.0, 0.0]]), np.array([0.5]))
+    return ConvexProgram(
+        np.eye(2), np.array([-wanted, 0.0]), np.array([[1.0, 0.0]]), np.array([0.5])
+    )
 
 
 HONEST, HANG, DIE, RAISE, LEAVE = (program(wanted) for wanted in (1.0, 2.0, 3.0, 4.0, 5.0))
@@ -177,8 +179,11 @@ def test_nobody_is_left_behind_when_the_backend_is_dropped() -> None:
 
 
 def test_a_factory_that_cannot_be_sent_is_refused() -> None:
+    def local(tolerance: float) -> Backend:
+        return Moody(tolerance)
+
     with pytest.raises(InvalidInput) as caught:
-        supervised(lambda tolerance: Moody(tolerance))
+        supervised(local)
     assert str(caught.value).startswith(
         "deadline: backend 'moody' has to run in a process of its own, but its factory cannot be sent there ("
     )
