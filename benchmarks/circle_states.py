@@ -82,7 +82,7 @@ def _disc(num_robots: int) -> FloatArray:
     number = np.arange(num_robots) + 0.5
     radius = JAMMED_SPACING * np.sqrt(number) * np.sqrt(np.sqrt(3.0) / (2.0 * np.pi))
     angle = GOLDEN_ANGLE * number
-    return radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return np.asarray(radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
 
 def _run(start: FloatArray, goal: FloatArray, steps: dict[str, int]) -> Iterator[CircleState]:

@@ -18,6 +18,7 @@ def describe_machine() -> dict[str, str]:
         "date": datetime.now(tz=UTC).strftime("%Y-%m-%d"),
         "processor": _processor(),
         "cores": str(os.cpu_count()),
+        "load at start": f"{os.getloadavg()[0]:.1f}",
         "system": platform.platform(terse=True),
         "python": platform.python_version(),
     } | {package: version(package) for package in PACKAGES}

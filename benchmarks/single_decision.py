@@ -1,4 +1,7 @@
-"""One decision of one robot with 10 neighbours, from Python, by every solver; `Scene` construction is a row of its own."""
+"""One decision of one robot with 10 neighbours, from Python, by every solver.
+
+Making the `Scene` is a row of its own.
+"""
 
 from __future__ import annotations
 
@@ -43,9 +46,9 @@ def measure(*, quick: bool = False) -> Result:
         ratio_of=BUILT_IN,
         rows=tuple(rows),
         notes=(
-            "decide(scene, action, [0]) with PriorityORCA, Separation and 64 sides; the rows of other backends hold",
-            "their solve, polish and proof, and the built-in answer that stands by. 'solver alone': the Case-2 program,",
-            "ready made, given to the same workspace again and again.",
+            "decide(scene, action, [0]) with PriorityORCA, Separation and 64 sides.",
+            "Rows of other backends hold their solve, polish and proof, and the built-in answer that stands by.",
+            "'solver alone': the Case-2 program, ready made, given to the same workspace again and again.",
         ),
     )
 

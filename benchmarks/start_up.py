@@ -63,15 +63,15 @@ def measure(*, quick: bool = False) -> Result:
         ratio_of="import numpy, numba",
         rows=tuple(rows),
         notes=(
-            "'import safefilter' is what it takes on top of numpy and numba; the first decision makes its scene and filter,",
-            "and compiles or loads the kernels.",
+            "'import safefilter' is what it takes on top of numpy and numba.",
+            "The first decision makes its scene and filter, and compiles or loads the kernels.",
         ),
     )
 
 
 def _start(cache: Path) -> dict[str, float]:
     environment = dict(os.environ, NUMBA_CACHE_DIR=str(cache), PYTHONPATH=str(ROOT))
-    done = subprocess.run(  # noqa: S603 - our own interpreter and our own words
+    done = subprocess.run(
         [sys.executable, "-c", SCRIPT], check=True, capture_output=True, text=True, env=environment
     )
     seconds: dict[str, float] = json.loads(done.stdout)

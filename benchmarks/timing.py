@@ -17,10 +17,6 @@ from safefilter.arrays import FloatArray
 Action = Callable[[], object]
 
 
-def nothing() -> None:
-    """Prepare nothing."""
-
-
 @contextlib.contextmanager
 def no_garbage_collection() -> Iterator[None]:
     """Collect now, and not again inside of the block."""
@@ -35,7 +31,11 @@ def no_garbage_collection() -> Iterator[None]:
 
 
 def interleaved(
-    actions: Mapping[str, Action], *, rounds: int, warm_up: int = 2, prepare: Action = nothing
+    actions: Mapping[str, Action],
+    *,
+    rounds: int,
+    warm_up: int = 2,
+    prepare: Mapping[str, Action] | None = None,
 ) -> dict[str, FloatArray]:
     """Time actions in turn, round after round, so that a busy moment of the machine falls on all of them.
 
@@ -43,17 +43,19 @@ def interleaved(
         actions: What to time, by name; in every round the order is reversed.
         rounds: How often each is timed.
         warm_up: Rounds before that, which are not counted.
-        prepare: Called before every action, and not timed.
+        prepare: What to call before an action of the same name, not timed.
 
     Returns:
         Times of each action in s, shape (rounds,).
     """
     times = {name: np.empty(rounds) for name in actions}
+    preparations = prepare or {}
     with no_garbage_collection():
         for turn in range(-warm_up, rounds):
             order = list(actions.items())
             for name, action in order if turn % 2 else reversed(order):
-                prepare()
+                if name in preparations:
+                    preparations[name]()
                 start = perf_counter()
                 action()
                 elapsed = perf_counter() - start

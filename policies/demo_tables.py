@@ -110,6 +110,7 @@ def _empty_table(
         box=SIMPLE_HEAD,
         show_edge=False,
         pad_edge=False,
+        collapse_padding=True,
     )
     for header in texts:
         table.add_column(header, no_wrap=True)

@@ -7,16 +7,23 @@ something: its assumptions can be true together, and without any one of them the
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from time import perf_counter
 from types import MappingProxyType
 
 import z3
+from z3.z3util import get_vars
 
-# Per query. The slowest takes a few seconds; beyond this a lemma wants better steps, not more time.
+# Per question. Hardly any takes a second; beyond this a lemma wants better steps, not more time.
 TIMEOUT_SECONDS = 60.0
+# A question is put to every solver for a moment, then for longer: most are easy for one of them, and hard for others.
+PATIENCE_SECONDS = (0.1, 1.0, 10.0)
+SOLVERS: tuple[Callable[[], z3.Solver], ...] = (
+    z3.Solver,
+    lambda: z3.Then("simplify", "propagate-values", "solve-eqs", "smt").solver(),
+)
 # A counter-example is shown with this many of its numbers.
 MOST_SHOWN = 40
 
@@ -184,13 +191,18 @@ class _Asking:
         chosen = facts if step.using is None else {key: facts[key] for key in step.using}
         if any(fact.eq(step.claim) for fact in chosen.values()):
             return step.claim
-        for known, goal in itertools.product(_alternatives(chosen, step.split), _parts(step.claim)):
-            outcome, model = self.ask([_shifted(part, shift) for part in (*known, z3.Not(goal))])
-            if outcome != z3.unsat:
-                reason = f"z3 does not know whether {name} holds"
-                if outcome == z3.sat:
-                    reason = f"{name} does not follow"
-                raise NotProved(self.lemma, reason, model)
+        moved = {key: _shifted(fact, shift) for key, fact in chosen.items()}
+        context = [fact for key, fact in moved.items() if key not in step.split]
+        signs = [fact for fact in context if len(get_vars(fact)) <= 1]
+        for case in itertools.product(*(moved[key].children() for key in step.split)):
+            for goal in _parts(step.claim):
+                denied = _shifted(z3.Not(goal), shift)
+                outcome, model = self.ask([*context, *case, denied], [*signs, *case, denied])
+                if outcome != z3.unsat:
+                    reason = f"z3 does not know whether {name} holds"
+                    if outcome == z3.sat:
+                        reason = f"{name} does not follow"
+                    raise NotProved(self.lemma, reason, model)
         return step.claim
 
     def not_vacuous(self, lemma: Lemma) -> None:
@@ -219,25 +231,33 @@ class _Asking:
         if outcome != z3.sat:
             raise NotProved(self.lemma, otherwise + (", or its witness is none" if values else ""))
 
-    def ask(self, formulas: list[z3.BoolRef]) -> tuple[z3.CheckSatResult, str]:
-        """Put formulas to z3; an example is evaluated before it is believed."""
+    def ask(
+        self, formulas: list[z3.BoolRef], core: list[z3.BoolRef] | None = None
+    ) -> tuple[z3.CheckSatResult, str]:
+        """Can all formulas be true? An example is evaluated before it is believed.
+
+        Args:
+            formulas: What is to be true.
+            core: Some of them. If these contradict each other, all do; that is often quicker to see.
+        """
         self.queries += 1
-        solver = z3.Solver()
-        solver.set(timeout=int(1000 * self.timeout))
-        solver.add(*formulas)
-        outcome = solver.check()
-        if outcome != z3.sat:
-            return outcome, ""
-        model = solver.model()
-        if not all(z3.is_true(model.eval(formula, model_completion=True)) for formula in formulas):
-            return z3.unknown, ""
-        return outcome, _text(model)
+        for seconds in (*PATIENCE_SECONDS, self.timeout):
+            for asked, make in itertools.product((core, formulas), SOLVERS):
+                if asked is None:
+                    continue
+                solver = make()
+                solver.set("timeout", int(1000 * min(seconds, self.timeout)))
+                solver.add(*asked)
+                outcome = solver.check()
+                if outcome == z3.unsat:
+                    return outcome, ""
+                if outcome == z3.sat and asked is formulas and _is_model(solver.model(), formulas):
+                    return outcome, _text(solver.model())
+        return z3.unknown, ""
 
 
-def _alternatives(facts: Facts, split: tuple[str, ...]) -> Iterator[list[z3.BoolRef]]:
-    kept = [fact for name, fact in facts.items() if name not in split]
-    for choice in itertools.product(*(facts[name].children() for name in split)):
-        yield [*kept, *choice]
+def _is_model(model: z3.ModelRef, formulas: list[z3.BoolRef]) -> bool:
+    return all(z3.is_true(model.eval(formula, model_completion=True)) for formula in formulas)
 
 
 def _shifted(formula: z3.BoolRef, shift: Mapping[z3.ArithRef, z3.ArithRef]) -> z3.BoolRef:

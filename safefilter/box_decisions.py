@@ -11,6 +11,7 @@ Letters: B decisions, M rows, d dimensions. Everything in the unit of the action
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import NamedTuple
 
@@ -94,8 +95,8 @@ class BoxDecisions:
                 )
         _require_backend(backend, solvers, kinematics.dimension)
         self.constraints, self.kinematics = constraints, kinematics
-        self._backend, self._solvers, self._tolerance = backend, solvers, solvers.tolerance
-        self._box = kinematics
+        self._box, self._backend, self._solvers = kinematics, backend, solvers
+        self._tolerance = solvers.tolerance * kinematics.unit
         self._fallback = None
         if fallback is not None:
             self._fallback = finite_array(fallback, "fallback", (kinematics.dimension,))
@@ -129,15 +130,9 @@ class BoxDecisions:
         open_decisions = np.flatnonzero(~self._is_safe(posed))
         built = perf_counter() - start
         self._solvers.start()
+        scaled = _in_unit(posed.rows, self._box.unit)
         for k in open_decisions.tolist():
-            answer = ask_backend(
-                self._solvers,
-                posed.rows,
-                k,
-                posed.wanted[k],
-                self._box.radius,
-                stands_alone=True,
-            )
+            answer = self._ask(scaled, k, posed.wanted[k])
             built += answer.build_time
             take_answer(outcome, k, posed.rows, answer, self._tolerance)
             if answer.fault != Fault.NONE:
@@ -168,6 +163,13 @@ class BoxDecisions:
     ) -> tuple[Certificate, ...]:
         """Check decisions again."""
         posed = self._posed(scene, action, decision.index)
+        unit, rows = self._box.unit, _in_unit(posed.rows, self._box.unit)
+        claimed = replace(
+            decision,
+            velocity=decision.velocity / unit,
+            violation=decision.violation / unit,
+            multipliers=decision.multipliers / unit,
+        )
         last_word = self._box.last_word(decision.velocity, decision.action.dtype, self._tolerance)
         is_kept = self._keeps_hard_rows(posed.rows, decision.action)
         certificates = []
@@ -182,7 +184,7 @@ class BoxDecisions:
                 )
             else:
                 certificate = check_decision(
-                    posed.rows, posed.wanted, decision, k, self._box.radius, exact=exact
+                    rows, posed.wanted / unit, claimed, k, self._box.radius / unit, exact=exact
                 )
             certificates.append(certificate)
         return tuple(certificates)
@@ -218,6 +220,17 @@ class BoxDecisions:
         worst = posed.rows.violation(posed.wanted).max(axis=1, initial=-np.inf)
         is_safe: BoolArray = self._box.contains(posed.given) & (worst <= self._tolerance)
         return is_safe
+
+    def _ask(self, scaled: HalfSpaces, k: int, wanted: FloatArray) -> BackendAnswer:
+        """Ask the backend about decision k in the unit of the box; the answer is in that of the action."""
+        unit = self._box.unit
+        answer = ask_backend(
+            self._solvers, scaled, k, wanted / unit, self._box.radius / unit, stands_alone=True
+        )
+        # Weights of a contradiction have no unit.
+        return replace(
+            answer, velocity=unit * answer.velocity, multipliers=unit * answer.multipliers
+        )
 
     def _fall_back(self, outcome: Outcome, k: int, posed: _Posed, answer: BackendAnswer) -> None:
         """Let the fallback stand in for decision k.
@@ -301,6 +314,10 @@ def _entries(index: Sequence[int] | IntArray | None, num_decisions: int) -> IntA
     if (entries < 0).any():
         raise OutOfRange(f"index: expected entries from 0 up, got {entries.tolist()}")
     return entries.astype(np.int64)
+
+
+def _in_unit(rows: HalfSpaces, unit: float) -> HalfSpaces:
+    return replace(rows, offsets=rows.offsets / unit)
 
 
 def _safe_outcome(posed: _Posed) -> Outcome:

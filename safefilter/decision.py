@@ -27,9 +27,9 @@ class Fault(IntEnum):
 
     NONE = 0
     ACTION_NOT_FINITE = 1
-    """The policy asked for NaN or infinity: taken as standing still."""
+    """The policy asked for NaN or infinity: taken as standing still, in a `Box` as the user's fallback."""
     BACKEND_RAISED = 2
-    """The backend raised; the built-in solver's answer is used."""
+    """The backend raised; the built-in solver's answer is used, here and below; in a `Box` the user's fallback."""
     BACKEND_WRONG_STATUS = 3
     """The backend's status is refuted by a proof: solvable called infeasible, or no point where one exists."""
     BACKEND_REJECTED = 4
@@ -37,7 +37,7 @@ class Fault(IntEnum):
     DEADLINE = 5
     """The backend was late; the built-in solver's answer is used."""
     EMPTY_HARD_SET = 6
-    """The user's hard rows contradict each other: the user's fallback is used."""
+    """The user's hard rows contradict each other: the user's fallback is used. In a `Box`, ``proof`` says which rows."""
     STALLED = 7
     """The built-in solver did not finish: the robot stands still."""
 

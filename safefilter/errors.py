@@ -11,7 +11,7 @@
     ├── UnknownBackend (ValueError)     no such solver name
     ├── BackendNotInstalled (ImportError)
     ├── UnsupportedProgram (ValueError) the backend cannot take this kind of program
-    ├── BackendFailed (RuntimeError)    a solver raised; keeps the program and the status
+    ├── BackendFailed (RuntimeError)    a solver failed; keeps the program and the status
     ├── EmptyHardSet (RuntimeError)     the user's hard rows contradict each other, and no fallback was given
     ├── WrapperOrderError (TypeError)   the filter must be the innermost action wrapper
     └── SceneUnavailable (TypeError)    the environment offers no `scene()`
@@ -66,7 +66,7 @@ class UnsupportedProgram(SafeFilterError, ValueError):
 
 
 class BackendFailed(SafeFilterError, RuntimeError):
-    """A solver raised.
+    """A solver raised, or where nothing stands in for it, gave no answer that can be used.
 
     Attributes:
         program: The program that it was given, for replay.

@@ -61,7 +61,7 @@ class SafetyFilter:
             kinematics: What actions there are: velocities of robots, commands (a `DifferentialDrive` is a
                 `Holonomic`), or a `Box` in any number of dimensions.
             backend: Who solves; see `available_backends`. The built-in one works in two dimensions.
-            tolerance: In m/s, or in the unit of the action; see `TOLERANCE`.
+            tolerance: In m/s, or in the unit of the action, there at least 1e-9 of the largest bound; see `TOLERANCE`.
             deadline: Seconds that one call of `decide` may wait for another backend than the built-in one. It then
                 works in a process of its own; for what it has not answered by then, the built-in solver's answer stands
                 in, or in a `Box` the fallback. None waits for ever.
@@ -106,7 +106,7 @@ class SafetyFilter:
                 tuple(constraints),
                 kinematics,
                 backend=backend,
-                solvers=make_solvers(backend, accuracy, deadline),
+                solvers=make_solvers(backend, kinematics.relative_tolerance(accuracy), deadline),
                 fallback=kept,
             )
         else:

@@ -37,6 +37,7 @@ VAGUE_NAMES = {
 TESTED_ELSEWHERE: dict[str, str] = {
     "safefilter/constraints/constraint.py": "test_user_rows",
     "safefilter/constraints/scene_arrays.py": "test_separation",
+    "safefilter/robot_decisions.py": "test_safety_filter",
 }
 
 # Packages that `import safefilter` must work without; the file that needs one is imported on request.

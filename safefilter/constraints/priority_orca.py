@@ -149,7 +149,7 @@ def most_urgent(
             v_x, v_y = state[i, V_X] - state[j, V_X], state[i, V_Y] - state[j, V_Y]
             time = time_to_collision(p_x, p_y, v_x, v_y, state[i, RADIUS] + state[j, RADIUS])
             # Overlap is below 0, a collision course within [0, 1), and no collision course above, nearest first.
-            key = 1.0 + key if time == NEVER else time / (1.0 + max(0.0, time))
+            key = 1.0 + key if time >= NEVER else time / (1.0 + max(0.0, time))
         if count == settings.max_neighbours:
             if count == 0 or key >= keys[count - 1]:
                 continue

@@ -9,7 +9,7 @@ Letters: B decisions, d dimensions. Everything in the unit of the action.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 # In one of these an action executes.
 DTYPES = (np.dtype(np.float32), np.dtype(np.float64))
+# Bounds from here on stand for none, such as the largest number of float32: no solver takes them for rows.
+UNBOUNDED = 1e30
+# Solvers in float64 get no nearer to a point than this share of its size.
+RELATIVE_TOLERANCE = 1e-9
 
 
 class Box:
@@ -34,6 +38,8 @@ class Box:
         high: Upper bounds, shape (d,); inf for none.
         dimension: Number of dimensions d.
         radius: Bound on the length of an action: the distance from 0 to the farthest corner, or infinity.
+        unit: Power of two near the largest bound, or 1 if there is none. Programs are solved in this unit, so that it
+            makes no difference whether actions are written in W or in MW; scaling by it rounds nothing.
 
     Example:
         >>> import gymnasium
@@ -43,7 +49,7 @@ class Box:
 
     name = "action_box"
 
-    def __init__(self, space: gymnasium.spaces.Box) -> None:
+    def __init__(self, space: gymnasium.Space[Any]) -> None:
         """Check the space.
 
         Args:
@@ -57,26 +63,36 @@ class Box:
         """
         if not (hasattr(space, "low") and hasattr(space, "high")):
             raise InvalidInput(f"space: expected a gymnasium.spaces.Box, got {space!r}")
-        if space.dtype not in DTYPES:
-            raise InvalidInput(f"space: expected float32 or float64, got {space.dtype}")
-        if len(space.shape) != 1 or space.shape[0] == 0:
+        # Told by its bounds, so that gymnasium need not be loaded to filter actions.
+        bounds = cast("gymnasium.spaces.Box", space)
+        if bounds.dtype not in DTYPES:
+            raise InvalidInput(f"space: expected float32 or float64, got {bounds.dtype}")
+        if len(bounds.shape) != 1 or bounds.shape[0] == 0:
             raise ShapeError(
-                f"space: expected shape (d,), got {space.shape}; reshape actions around the filter, for example with "
+                f"space: expected shape (d,), got {bounds.shape}; reshape actions around the filter, for example with "
                 "gymnasium.wrappers.TransformAction"
             )
-        self.low: FloatArray = frozen(space.low.astype(np.float64))
-        self.high: FloatArray = frozen(space.high.astype(np.float64))
+        self.low: FloatArray = frozen(bounds.low.astype(np.float64))
+        self.high: FloatArray = frozen(bounds.high.astype(np.float64))
         is_usable = (self.low <= self.high) & (self.low < math.inf) & (self.high > -math.inf)
         if not is_usable.all():
             k = int(np.argmin(is_usable))
             raise OutOfRange(
                 f"space: no number lies within the bounds of coordinate {k}, {self.low[k]} to {self.high[k]}"
             )
-        self.dimension: int = space.shape[0]
-        self.radius = float(np.linalg.norm(np.maximum(np.abs(self.low), np.abs(self.high))))
+        self.dimension: int = bounds.shape[0]
+        farthest = np.maximum(np.abs(self.low), np.abs(self.high))
+        self.radius = float(np.linalg.norm(farthest)) if farthest.max() < UNBOUNDED else math.inf
+        limits = np.abs(np.concatenate([self.low, self.high]))
+        largest = float(limits[limits < UNBOUNDED].max(initial=0.0))
+        self.unit = 2.0 ** round(math.log2(largest)) if largest > 0.0 else 1.0
+
+    def relative_tolerance(self, tolerance: float) -> float:
+        """A tolerance in the unit of the action, as a multiple of ``unit``; never below what solvers can keep."""
+        return max(tolerance / self.unit, RELATIVE_TOLERANCE)
 
     def half_spaces(self, num_decisions: int) -> HalfSpaces:
-        """Make a hard row for each finite bound: lower ones in the order of coordinates, then upper ones."""
+        """Make a hard row for each bound: lower ones in the order of coordinates, then upper ones."""
         size = self.dimension
         offsets = np.concatenate([self.low, -self.high])
         labels = np.zeros((num_decisions, 2 * size, 2), dtype=np.int64)
@@ -86,7 +102,7 @@ class Box:
             normals=np.broadcast_to(normals, (num_decisions, *normals.shape)).copy(),
             offsets=np.broadcast_to(offsets, (num_decisions, 2 * size)).copy(),
             hard=np.ones((num_decisions, 2 * size), dtype=np.bool_),
-            present=np.broadcast_to(np.isfinite(offsets), (num_decisions, 2 * size)).copy(),
+            present=np.broadcast_to(np.abs(offsets) < UNBOUNDED, (num_decisions, 2 * size)).copy(),
             labels=labels,
             sources=(self.name,),
         )

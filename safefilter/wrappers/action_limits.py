@@ -162,7 +162,7 @@ class BoxLimits:
             ShapeError: If its shape is another than that of the kinematics.
             OutOfRange: If the kinematics allow more than the space.
         """
-        own = Box(space)  # type: ignore[arg-type]  # it says so if the space is no Box
+        own = Box(space)
         if own.dimension != kinematics.dimension:
             raise ShapeError(
                 f"action_space: the filter decides in {kinematics.dimension} dimensions, got {own.dimension}"

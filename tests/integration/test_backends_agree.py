@@ -22,15 +22,19 @@ RADIUS = 0.105
 TAU = 2.0
 NUM_STEPS = 80
 AGREEMENT = 1e-7
-# Part of the decisions that a backend must answer itself. Known to fall short in programs that are nearly degenerate:
-# proxqp calls one solvable program in five infeasible, OSQP behind cvxpy loses t* in a linear program.
+TOLERANCE = 1e-9
+# Part of the decisions that a backend must answer itself, over all courses. Those named are known to fall short where a
+# program is nearly degenerate: proxqp calls solvable programs infeasible, OSQP behind CVXPY loses Case-3, the QP solver
+# of HiGHS stops early.
 LEAST_ANSWERED = {
-    "cvxpy:OSQP": 0.6,
-    "qpsolvers:proxqp": 0.5,
+    "cvxpy:OSQP": 0.55,
+    "qpsolvers:proxqp": 0.4,
     "cvxpy:HIGHS": 0.85,
     "qpsolvers:highs": 0.85,
+    "qpsolvers:osqp": 0.9,
+    "osqp": 0.9,
 }
-OTHERS_LEAST_ANSWERED = 0.95
+OTHERS_LEAST_ANSWERED = 0.98
 
 
 class Course(NamedTuple):
@@ -105,6 +109,19 @@ def situations(name: str) -> tuple[Situation, ...]:
     return tuple(met)
 
 
+def what_tolerance_is_worth(
+    planar: sf.SafetyFilter, scene: sf.Scene, wanted: FloatArray, decision: sf.Decision, k: int
+) -> float:
+    """How far the crossing of the two active rows moves if both are moved by the tolerances of t* and of stage two."""
+    rows = planar.half_spaces(scene, wanted)
+    places = [
+        np.flatnonzero((rows.labels[k] == label).all(axis=1) & rows.present[k])[0]
+        for label in decision.active[k]
+    ]
+    (a_x, a_y), (b_x, b_y) = rows.normals[k, places]
+    return float(4.0 * TOLERANCE / abs(a_x * b_y - a_y * b_x))
+
+
 @pytest.mark.parametrize("name", COURSES)
 def test_the_situations_are_hard(name: str) -> None:
     planar = filter_with("planar")
@@ -122,7 +139,7 @@ def test_backends_find_the_same_case_and_velocity(
     planar, other = filter_with("planar"), filter_with(backend)
     asked, answered, report = 0, 0, [f"\n{backend}:"]
     for name in COURSES:
-        num_open, num_own, largest = 0, 0, 0.0
+        num_open, num_own, num_loose, largest = 0, 0, 0, 0.0
         for scene, wanted in situations(name):
             exact, found = planar.decide(scene, wanted), other.decide(scene, wanted)
             assert found.certified.all()
@@ -131,11 +148,17 @@ def test_backends_find_the_same_case_and_velocity(
             is_own = is_open & (found.fault == sf.Fault.NONE)
             off_by = np.abs(found.velocity - exact.velocity).max(axis=1)
             assert (off_by[~is_own] == 0.0).all()
-            largest = max(largest, float(off_by[is_own].max(initial=0.0)))
             num_open, num_own = num_open + int(is_open.sum()), num_own + int(is_own.sum())
-        assert largest <= AGREEMENT
+            loose = np.flatnonzero(is_own & (off_by > AGREEMENT))
+            num_loose += len(loose)
+            for k in loose:
+                assert off_by[k] <= what_tolerance_is_worth(planar, scene, wanted, exact, int(k))
+            largest = max(largest, float(off_by[is_own & (off_by <= AGREEMENT)].max(initial=0.0)))
+        # Only where two rows are all but parallel is an answer within the tolerance not one velocity.
+        assert num_loose <= 1
         report.append(
-            f"{name} {num_own} of {num_open} answered, velocities within {largest:.0e} m/s;"
+            f"{name} {num_own} of {num_open} answered, velocities within {largest:.0e} m/s, "
+            f"{num_loose} between rows all but parallel;"
         )
         asked, answered = asked + num_open, answered + num_own
     with capsys.disabled():

@@ -11,9 +11,11 @@ from gymnasium.wrappers import RescaleAction
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.env_checker import check_env as check_env_of_sb3
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.monitor import Monitor
 
 import safefilter as sf
-from safefilter.wrappers import SafeAction
+from safefilter.wrappers import SafeAction, SafePolicy
 
 FILTER = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(0.2)], sf.Holonomic(0.2))
 NUM_STEPS = 2000
@@ -53,6 +55,23 @@ def learn(env: gymnasium.Env[Any, Any]) -> tuple[PPO, list[dict[str, Any]]]:
 def test_both_checkers_accept_the_filtered_environment() -> None:
     check_env_of_gymnasium(SafeAction(crossroad(), FILTER), skip_render_check=True)
     check_env_of_sb3(normalised(SafeAction(crossroad(), FILTER)))
+
+
+def test_model_behind_the_filter_is_evaluated_like_any_other() -> None:
+    env = Monitor(crossroad(), info_keywords=("collided",))
+    world: Any = env.unwrapped
+    model = PPO("MlpPolicy", env, n_steps=16, batch_size=16, device="cpu", seed=0)
+    # Evaluation hands over batches of observations, here of one.
+    batched: SafePolicy[Any] = SafePolicy(model, FILTER, scene=lambda _: world.scene(), index=[0])
+    mean_reward, _ = evaluate_policy(batched, env, n_eval_episodes=2)
+    assert np.isfinite(mean_reward)
+    observation, _ = env.reset(seed=0)
+    wanted, _ = model.predict(observation, deterministic=True)
+    single: SafePolicy[Any] = SafePolicy(model, FILTER, scene=lambda _: world.scene())
+    action, _ = single.predict(observation)
+    assert action.shape == wanted.shape
+    decision = FILTER.decide(world.scene(), wanted[np.newaxis], [0])
+    assert action.tobytes() == decision.action[0].tobytes()
 
 
 @pytest.mark.stress

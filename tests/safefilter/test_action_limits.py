@@ -49,7 +49,7 @@ def test_whatever_command_executes_lies_in_the_space_of_just_these_commands(
     space = box([0.0, -omega_max], [v_max, omega_max], dtype)
     ends = (space.low[1], space.high[1], np.nextafter(space.high[1], dtype(np.inf)))
     scene = sf.Scene.from_world(
-        [[0, 0], [0.2 + ahead, 0]],
+        [[0.0, 0.0], [0.2 + ahead, 0.0]],
         [[0, 0], [0, 0]],
         0.1,
         heading=[0.0, 0.0],
@@ -93,7 +93,11 @@ def test_space_that_begins_above_zero_is_taken_if_the_environment_can_stop() -> 
     space = box([0.01, -1.5], [0.2, 1.5])
     own = limits(space, allow_stop=True)
     scene = sf.Scene.from_world(
-        [[0, 0], [0.2, 0]], np.zeros((2, 2)), 0.1, heading=[0.0, 0.0], cooperative=[True, False]
+        [[0.0, 0.0], [0.2, 0.0]],
+        np.zeros((2, 2)),
+        0.1,
+        heading=[0.0, 0.0],
+        cooperative=[True, False],
     )
     wish = np.array([[0.2, 0.0]], dtype=np.float32)
     decision = own.filter_for(scene, FIRST).decide(scene, wish, FIRST)

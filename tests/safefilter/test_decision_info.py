@@ -64,9 +64,7 @@ def test_info_does_not_share_memory_with_what_executes() -> None:
 
 
 def test_times_are_left_out_so_that_a_seed_repeats_its_info() -> None:
-    first, second = (
-        info_of_lanes(rows_of_one_lane([0, 1, 2]), is_single=False) for _ in range(2)
-    )
+    first, second = (info_of_lanes(rows_of_one_lane([0, 1, 2]), is_single=False) for _ in range(2))
     for key, values in first.items():
         np.testing.assert_array_equal(values, second[key])
 

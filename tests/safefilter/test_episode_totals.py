@@ -58,7 +58,7 @@ def test_episodes_side_by_side_count_as_each_alone() -> None:
         own = FILTER.decide(HEAD_ON, WANTED[robots], robots)
         alone.add(own, np.zeros(len(robots), dtype=np.int64), np.array([bool(robots)]))
         if robots:
-            alone.see(HEAD_ON, np.array([[2 - number]]), FIRST)
+            alone.see(HEAD_ON, np.array([[number]]), FIRST)
         for name, value in alone.numbers().items():
             assert together.numbers()[name][number] == value[0], name
     together.begin(np.array([False, False, True]))
@@ -84,8 +84,6 @@ def test_least_clearance_is_that_of_each_robot_asked_about() -> None:
 
 
 def test_clearance_is_infinite_where_nobody_is_seen() -> None:
-    scene = sf.Scene.from_world(
-        [[0, 0], [9, 0], [9, 1]], np.zeros((3, 2)), 0.1, reach=2.0
-    )
+    scene = sf.Scene.from_world([[0, 0], [9, 0], [9, 1]], np.zeros((3, 2)), 0.1, reach=2.0)
     np.testing.assert_allclose(least_clearance(scene, np.arange(3)), [math.inf, 0.8, 0.8])
     assert len(least_clearance(scene, np.arange(0))) == 0

@@ -98,7 +98,7 @@ def test_worlds_within_lanes_stay_apart() -> None:
 
 @pytest.mark.parametrize("world", [[0, 2], [-1, 0]])
 def test_world_without_a_lane_is_refused(world: list[int]) -> None:
-    with pytest.raises(OutOfRange, match="needs world=, .* 0 to 1; got"):
+    with pytest.raises(OutOfRange, match=r"needs world=, .* 0 to 1; got"):
         Lanes.of_worlds(crowd(0, 2, world=world), 2)
 
 

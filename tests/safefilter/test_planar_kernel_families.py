@@ -270,8 +270,8 @@ def through_one_point(draft: Draft) -> Draft:
 def on_a_grid(draft: Draft) -> Draft:
     shape = draft.angle.shape
     return draft._replace(
-        angle=draft.rng.integers(0, 8, shape) * (np.pi / 4.0),
-        offset=draft.rng.integers(-3, 4, shape) * (draft.v / 4.0),
+        angle=np.multiply(draft.rng.integers(0, 8, shape), np.pi / 4.0),
+        offset=np.multiply(draft.rng.integers(-3, 4, shape), draft.v / 4.0),
     )
 
 
@@ -297,7 +297,7 @@ FAMILIES: dict[str, Callable[[Draft], Draft]] = {
     "through the origin": lambda draft: draft._replace(offset=0.0 * draft.offset),
     "on a grid": on_a_grid,
     "far outside": lambda draft: far(draft, 0.5, np.full_like(draft.angle, -1e6)),
-    "far inside": lambda draft: far(draft, 0.3, 1e6 * draft.rng.random(draft.angle.shape)),
+    "far inside": lambda draft: far(draft, 0.3, 1e5 * draft.rng.random(draft.angle.shape)),
     "head-on": head_on,
 }
 

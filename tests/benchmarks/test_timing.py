@@ -1,0 +1,26 @@
+import gc
+
+import numpy as np
+
+from benchmarks.timing import interleaved, no_garbage_collection
+
+
+def test_actions_take_turns_and_only_counted_rounds_are_kept() -> None:
+    calls: list[str] = []
+    actions = {name: (lambda name=name: calls.append(name)) for name in ("a", "b")}
+    times = interleaved(
+        actions, rounds=3, warm_up=1, prepare={"b": lambda: calls.append("before b")}
+    )
+    turns = [call for call in calls if call != "before b"]
+    assert sorted(turns[:2]) == sorted(turns[2:4]) == ["a", "b"]
+    assert turns[:2] != turns[2:4]
+    assert len(turns) == 8
+    assert all(calls[k - 1] == "before b" for k, call in enumerate(calls) if call == "b")
+    assert {name: taken.shape for name, taken in times.items()} == {"a": (3,), "b": (3,)}
+    assert all((taken > 0.0).all() and np.isfinite(taken).all() for taken in times.values())
+
+
+def test_garbage_collection_is_off_inside_and_on_again_afterwards() -> None:
+    with no_garbage_collection():
+        assert not gc.isenabled()
+    assert gc.isenabled()

@@ -1,0 +1,507 @@
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import safefilter as sf
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.backends import registry
+from safefilter.decision import Fault
+from safefilter.errors import (
+    BackendFailed,
+    EmptyHardSet,
+    InvalidInput,
+    NotFinite,
+    OutOfRange,
+    ShapeError,
+    UnsupportedProgram,
+)
+from safefilter.testing.faults import FAULTS, FAULTS_IN_A_PROCESS, SolverCrashed
+
+TOLERANCE = 1e-9
+Action = npt.NDArray[np.floating]
+
+
+@pytest.fixture(autouse=True)
+def _faults_have_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_registered", {**FAULTS, **FAULTS_IN_A_PROCESS})
+
+
+def box_of(dimension: int, limit: float = 1.0, dtype: type[np.floating] = np.float64) -> sf.Box:
+    return sf.Box(gymnasium.spaces.Box(-limit, limit, (dimension,), dtype=dtype))
+
+
+def filter_of(
+    *constraints: sf.Constraint, dimension: int, backend: str = "clarabel", **settings: Any
+) -> sf.SafetyFilter:
+    return sf.SafetyFilter(constraints, box_of(dimension), backend=backend, **settings)
+
+
+def row(
+    normal: list[float], offset: float, *, hard: bool = True, name: str = "own"
+) -> sf.LinearConstraint:
+    return sf.LinearConstraint([normal], [offset], hard=hard, name=name)
+
+
+# Together they leave nothing: u_0 >= 0.5 and u_0 <= 0.2.
+AT_LEAST, AT_MOST = row([1.0, 0.0], 0.5, name="at least"), row([-1.0, 0.0], -0.2, name="at most")
+
+
+class Remembers:
+    """A constraint without rows that keeps what it was given."""
+
+    name = "remembers"
+
+    def __init__(self) -> None:
+        self.given: list[tuple[object, FloatArray, IntArray]] = []
+
+    def half_spaces(self, scene: object, action: FloatArray, index: IntArray) -> sf.HalfSpaces:
+        self.given.append((scene, action, index))
+        action[:] = 7.0  # a constraint that scribbles on its copy harms nobody
+        rows = sf.HalfSpaces.everywhere(len(index), action.shape[1])
+        return sf.HalfSpaces(
+            rows.normals, rows.offsets, rows.hard, rows.present, rows.labels, (self.name,)
+        )
+
+
+# Case-1
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@given(data=st.data())
+def test_a_safe_action_comes_back_bit_for_bit(
+    dtype: type[np.floating], data: st.DataObject
+) -> None:
+    width = 32 if dtype is np.float32 else 64
+    inside = st.lists(st.floats(-0.5, 0.5, width=width), min_size=3, max_size=3)
+    action = np.array(data.draw(st.lists(inside, min_size=1, max_size=3)), dtype)
+    decision = filter_of(row([1.0, 1.0, 1.0], -2.0), dimension=3).decide(None, action)
+    assert decision.action.dtype == dtype
+    assert decision.action.tobytes() == action.tobytes()
+    assert (decision.case == sf.Case.SAFE).all()
+    assert decision.certified.all()
+    assert decision.optimal.all()
+    assert not decision.intervened.any()
+
+
+def test_the_corner_of_the_box_is_safe() -> None:
+    decision = filter_of(dimension=2).decide(None, [[1.0, -1.0]])
+    assert decision.case.tolist() == [1]
+
+
+def test_whole_numbers_become_float64() -> None:
+    decision = filter_of(dimension=2).decide(None, [[1, 0]])
+    assert decision.action.dtype == np.float64
+    assert decision.action.tolist() == [[1.0, 0.0]]
+
+
+# Case-2
+
+
+@given(st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=5))
+def test_the_box_alone_clips(action: list[float]) -> None:
+    safety = filter_of(dimension=len(action))
+    decision = safety.decide(None, [action])
+    expected = np.clip(action, -1.0, 1.0)
+    assert decision.action[0] == pytest.approx(expected, abs=TOLERANCE)
+    assert decision.correction[0] == pytest.approx(np.linalg.norm(expected - action), abs=TOLERANCE)
+    assert decision.certified.all()
+
+
+def test_the_nearest_point_on_a_hand_made_row() -> None:
+    decision = filter_of(row([1.0, 1.0, 0.0], 1.0), dimension=3).decide(None, [[0.0, 0.2, 0.7]])
+    assert decision.action[0] == pytest.approx(np.array([0.4, 0.6, 0.7]))
+    assert decision.case.tolist() == [2]
+    assert decision.multipliers[0] == pytest.approx(np.array([0.4 * np.sqrt(2.0), 0.0, 0.0]))
+    assert decision.active[0].tolist() == [[1, 0], [-1, -1], [-1, -1]]
+
+
+@given(st.integers(0, 10**6), st.integers(1, 5), st.integers(1, 6))
+def test_no_permitted_action_is_nearer(seed: int, dimension: int, num_rows: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows = sf.LinearConstraint(rng.normal(size=(num_rows, dimension)), -0.4 * rng.random(num_rows))
+    safety = filter_of(rows, dimension=dimension)
+    action = 2.0 * rng.normal(size=(3, dimension))
+    decision = safety.decide(None, action)
+    assert decision.certified.all()
+    assert decision.optimal.all()
+    others = np.append(rng.uniform(-1.0, 1.0, (50, dimension)), np.zeros((1, dimension)), axis=0)
+    half_spaces = safety.half_spaces(None, others)
+    permitted = others[(half_spaces.violation(others) <= 0.0).all(axis=1)]
+    for k in range(3):
+        distance = np.linalg.norm(permitted - action[k], axis=1).min()
+        assert decision.correction[k] <= distance + TOLERANCE
+
+
+# Case-3
+
+
+def test_soft_rows_that_contradict_each_other_are_violated_alike_and_least() -> None:
+    apart = [row([1.0, 0.0, 0.0], 0.4, hard=False), row([-1.0, 0.0, 0.0], 0.2, hard=False)]
+    safety = filter_of(*apart, row([0.0, 0.0, -1.0], -0.5), dimension=3)
+    action = np.array([[0.9, 0.1, 0.8]])
+    decision = safety.decide(None, action)
+    assert decision.case.tolist() == [3]
+    assert decision.action[0] == pytest.approx(np.array([0.1, 0.1, 0.5]), abs=1e-8)
+    assert decision.violation[0] == pytest.approx(0.3, abs=1e-8)
+    named = decision.proof[0][decision.proof_multipliers[0] > 0.0]
+    assert sorted(named.tolist()) == [[1, 0], [2, 0]]
+    assert all(safety.certify(None, action, decision, exact=True))
+
+
+def test_a_hard_row_is_kept_where_soft_ones_are_given_up() -> None:
+    safety = filter_of(
+        row([1.0, 0.0, 0.0], 2.0, hard=False), row([-1.0, 0.0, 0.0], -0.25), dimension=3
+    )
+    decision = safety.decide(None, np.zeros((1, 3)))
+    assert decision.action[0] == pytest.approx(np.array([0.25, 0.0, 0.0]), abs=1e-8)
+    assert decision.violation[0] == pytest.approx(1.75, abs=1e-8)
+    assert decision.certified.all()
+
+
+# An empty hard set
+
+
+def test_an_empty_hard_set_without_a_fallback_names_the_rows() -> None:
+    safety = filter_of(row([0.0, 1.0], -0.9, name="harmless"), AT_LEAST, dimension=2)
+    with pytest.raises(EmptyHardSet, match="decision 1: .* at least 0 and at most 0 contradict"):
+        safety.with_constraints(OnlyFrom(1, AT_MOST)).decide(None, [[0.6, 0.0], [0.0, 0.0]])
+
+
+class OnlyFrom:
+    """A constraint for decisions from some number on."""
+
+    def __init__(self, first: int, constraint: sf.LinearConstraint) -> None:
+        self.name = constraint.name
+        self._first, self._constraint = first, constraint
+
+    def half_spaces(self, scene: object, action: FloatArray, index: IntArray) -> sf.HalfSpaces:
+        rows = self._constraint.half_spaces(scene, action, index)
+        present = rows.present & (index >= self._first)[:, np.newaxis]
+        return sf.HalfSpaces(
+            rows.normals, rows.offsets, rows.hard, present, rows.labels, rows.sources
+        )
+
+
+@pytest.mark.parametrize(
+    "backend", ["clarabel", "osqp", "planar", "qpsolvers:daqp", "qpsolvers:quadprog", "cvxpy:HIGHS"]
+)
+def test_an_empty_hard_set_is_answered_by_the_fallback(backend: str) -> None:
+    fallback = [0.3, -0.4]
+    safety = filter_of(AT_LEAST, AT_MOST, dimension=2, backend=backend, fallback=fallback)
+    action = np.array([[0.0, 0.0], [0.9, 0.9]])
+    decision = safety.decide(None, action)
+    assert decision.action.tolist() == [fallback] * 2
+    assert decision.fault_names == ("EMPTY_HARD_SET",) * 2
+    assert not decision.certified.any()
+    assert not decision.optimal.any()
+    for k in range(2):
+        named = decision.proof[k][decision.proof_multipliers[k] > 0.0]
+        assert sorted(named.tolist()) == [[1, 0], [2, 0]]
+    reasons = [check.reason for check in safety.certify(None, action, decision)]
+    assert reasons == ["the fallback executes: it is the user's own"] * 2
+
+
+def test_rows_that_no_action_in_the_box_satisfies_leave_nothing() -> None:
+    with pytest.raises(EmptyHardSet, match="action_box 2 and far away 0 contradict"):
+        filter_of(row([1.0, 0.0], 1.5, name="far away"), dimension=2).decide(None, [[0.0, 0.0]])
+
+
+def test_a_barrier_that_no_action_can_keep_leaves_nothing() -> None:
+    def returning(answer: npt.ArrayLike) -> Any:
+        return lambda _scene: answer
+
+    lost = sf.AffineBarrier(returning(-1.0), returning(0.0), returning([0.0, 0.0, 0.0]), 1.0)
+    with pytest.raises(EmptyHardSet, match="affine_barrier 0 and affine_barrier 1 contradict"):
+        filter_of(lost, dimension=3).decide(None, np.zeros((1, 3)))
+
+
+def test_soft_rows_do_not_make_the_hard_set_empty() -> None:
+    apart = [row([1.0, 0.0], 5.0, hard=False), row([-1.0, 0.0], 5.0, hard=False)]
+    assert filter_of(*apart, dimension=2).decide(None, [[0.0, 0.0]]).fault_names == ("NONE",)
+
+
+# Backends that fail
+
+
+@pytest.mark.parametrize(
+    ("backend", "fault"),
+    [
+        ("fault:Raises", Fault.BACKEND_RAISED),
+        ("fault:ReturnsNaN", Fault.BACKEND_REJECTED),
+        ("fault:AllCalledInfeasible", Fault.BACKEND_WRONG_STATUS),
+        ("fault:FeasibleCalledInfeasible", Fault.BACKEND_WRONG_STATUS),
+        ("fault:AnswersNothing", Fault.BACKEND_RAISED),
+    ],
+)
+def test_a_backend_that_fails_is_answered_by_the_fallback(backend: str, fault: Fault) -> None:
+    safety = filter_of(AT_LEAST, dimension=2, backend=backend, fallback=[0.75, 0.5])
+    action = np.array([[0.0, 0.0], [0.6, 0.1]])
+    decision = safety.decide(None, action)
+    assert decision.action.tolist() == [[0.75, 0.5], [0.6, 0.1]]
+    assert decision.fault.tolist() == [fault, Fault.NONE]
+    assert decision.case.tolist() == [2, 1]
+    # What certifies an action is that the rows hold on it, whoever proposed it.
+    assert decision.certified.tolist() == [True, True]
+    assert decision.optimal.tolist() == [False, True]
+    assert [bool(check) for check in safety.certify(None, action, decision)] == [False, True]
+
+
+def test_a_backend_that_fails_without_a_fallback_is_an_error_that_keeps_the_program() -> None:
+    safety = filter_of(AT_LEAST, dimension=2, backend="fault:Raises")
+    with pytest.raises(
+        BackendFailed, match=r"fault:Raises gave no answer .*BACKEND_RAISED"
+    ) as caught:
+        safety.decide(None, [[0.0, 0.1]])
+    assert isinstance(caught.value.__cause__, SolverCrashed)
+    assert caught.value.status is sf.Status.FAILED
+    assert sf.solve(caught.value.program).x == pytest.approx(np.array([0.5, 0.1]))
+
+
+@pytest.mark.parametrize("backend", sorted(FAULTS))
+def test_whatever_a_backend_answers_what_executes_is_certified_or_the_fallback(
+    backend: str,
+) -> None:
+    rng = np.random.default_rng(0)
+    soft = sf.LinearConstraint(rng.normal(size=(4, 2)), 0.5 * rng.random(4), hard=False)
+    hard = sf.LinearConstraint(rng.normal(size=(2, 2)), [-0.3, -0.3])
+    safety = filter_of(soft, hard, dimension=2, backend=backend, fallback=[0.0, 0.0])
+    action = rng.normal(size=(40, 2))
+    decision = safety.decide(None, action)
+    assert decision.certified.all()
+    proved = np.array([bool(check) for check in safety.certify(None, action, decision)])
+    assert (proved == (decision.fault == Fault.NONE)).all()
+    assert (decision.action[~proved] == 0.0).all()
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("backend", ["fault:Hangs", "fault:Dies"])
+def test_a_backend_that_is_late_is_answered_by_the_fallback(backend: str) -> None:
+    safety = filter_of(AT_LEAST, dimension=2, backend=backend, fallback=[0.5, 0.0], deadline=0.5)
+    decision = safety.decide(None, [[0.0, 0.0]])
+    assert decision.action.tolist() == [[0.5, 0.0]]
+    assert decision.fault[0] in {Fault.DEADLINE, Fault.BACKEND_RAISED}
+
+
+@pytest.mark.stress
+def test_a_late_backend_without_a_fallback_is_an_error() -> None:
+    safety = filter_of(AT_LEAST, dimension=2, backend="fault:Hangs", deadline=0.5)
+    with pytest.raises(BackendFailed, match="DEADLINE") as caught:
+        safety.decide(None, [[0.0, 0.0]])
+    assert caught.value.status is sf.Status.TIME_LIMIT
+
+
+# Actions that are not finite
+
+
+def test_an_action_that_is_not_finite_is_an_error_that_names_it() -> None:
+    with pytest.raises(NotFinite, match=r"action of row 1: .*nan.*pass fallback="):
+        filter_of(dimension=2).decide(None, [[0.0, 0.0], [0.0, np.nan]])
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
+def test_with_a_fallback_an_action_that_is_not_finite_is_replaced_by_it(wrong: float) -> None:
+    safety = filter_of(AT_LEAST, dimension=2, fallback=[0.4, 0.3])
+    action = np.array([[0.0, wrong], [0.6, 0.0]], np.float32)
+    decision = safety.decide(None, action)
+    assert decision.fault_names == ("ACTION_NOT_FINITE", "NONE")
+    assert decision.action[0] == pytest.approx(np.array([0.5, 0.3]))
+    assert decision.wanted[0] == pytest.approx(np.array([0.4, 0.3]))
+    assert decision.certified.all()
+    assert all(safety.certify(None, action, decision))
+
+
+# The last word
+
+
+@pytest.mark.parametrize("limit", [0.1, 1.0 / 3.0, 1e6])
+def test_float32_actions_lie_in_the_box_exactly(limit: float) -> None:
+    box = sf.Box(gymnasium.spaces.Box(-limit, limit, (4,), dtype=np.float32))
+    safety = sf.SafetyFilter([], box, backend="clarabel")
+    action = (limit * np.random.default_rng(1).normal(size=(20, 4)) * 3.0).astype(np.float32)
+    decision = safety.decide(None, action)
+    assert decision.action.dtype == np.float32
+    assert box.contains(decision.action).all()
+    assert decision.certified.all()
+    assert (decision.case == 2).any()
+
+
+def test_hard_rows_hold_on_float32_actions_to_their_rounding() -> None:
+    rng = np.random.default_rng(2)
+    safety = filter_of(sf.LinearConstraint(rng.normal(size=(3, 5)), -0.1 * np.ones(3)), dimension=5)
+    action = rng.normal(size=(30, 5)).astype(np.float32)
+    decision = safety.decide(None, action)
+    executed = decision.action.astype(np.float64)
+    worst = safety.half_spaces(None, action).violation(executed).max()
+    assert worst <= TOLERANCE + 2.0**-23 * np.linalg.norm(executed, axis=1).max()
+    assert decision.certified.all()
+
+
+# Checking again
+
+
+@pytest.mark.parametrize("field", ["action", "velocity"])
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_decision_altered_by_a_thousandth_is_refused(field: str, exact: bool) -> None:
+    safety = filter_of(row([1.0, 0.0, 0.0], 0.5, hard=False), AT_LEAST_IN_3, dimension=3)
+    action = np.array([[0.0, 0.2, 0.9]])
+    decision = safety.decide(None, action)
+    assert all(safety.certify(None, action, decision, exact=exact))
+    altered = dict.fromkeys(decision.__slots__)
+    for name in altered:
+        altered[name] = getattr(decision, name)
+    altered[field] = altered[field] + np.array([[1e-3, 0.0, 0.0]])
+    checks = safety.certify(None, action, sf.Decision(**altered), exact=exact)
+    assert not any(checks)
+    assert checks[0].reason
+
+
+AT_LEAST_IN_3 = row([0.0, 1.0, 1.0], 1.5)
+
+
+# What goes in
+
+
+def test_the_scene_reaches_the_constraints_as_it_is() -> None:
+    spy, scene = Remembers(), object()
+    action = np.array([[0.5, 0.0], [0.0, 0.5]])
+    decision = filter_of(spy, dimension=2).decide(scene, action, [4, 2])
+    (seen, wanted, index) = spy.given[0]
+    assert seen is scene
+    assert wanted.dtype == np.float64
+    assert index.tolist() == decision.index.tolist() == [4, 2]
+    assert decision.action.tolist() == action.tolist() == [[0.5, 0.0], [0.0, 0.5]]
+
+
+def test_without_an_index_actions_are_about_the_first_entries() -> None:
+    spy = Remembers()
+    decision = filter_of(spy, dimension=2).decide(None, np.zeros((3, 2)))
+    assert spy.given[0][2].tolist() == decision.index.tolist() == [0, 1, 2]
+
+
+def test_no_action_is_a_batch_of_none() -> None:
+    assert len(filter_of(AT_LEAST, dimension=2).decide(None, np.empty((0, 2)))) == 0
+
+
+@pytest.mark.parametrize(
+    "action", [np.zeros(3), np.zeros((1, 2)), np.zeros((1, 1, 3)), [["a", "b", "c"]], 0.0]
+)
+def test_an_action_of_another_shape_is_refused(action: npt.ArrayLike) -> None:
+    with pytest.raises(ShapeError, match=r"action: expected numbers of shape \(B, 3\)"):
+        filter_of(dimension=3).decide(None, action)
+
+
+@pytest.mark.parametrize("index", [[0], [0.0, 1.0], [[0, 1]]])
+def test_an_index_of_another_shape_is_refused(index: Any) -> None:
+    with pytest.raises(ShapeError, match="index: expected an integer for each of 2 actions"):
+        filter_of(dimension=2).decide(None, np.zeros((2, 2)), index)
+
+
+def test_a_negative_index_is_refused() -> None:
+    with pytest.raises(OutOfRange, match="index: expected entries from 0 up"):
+        filter_of(dimension=2).decide(None, np.zeros((1, 2)), [-1])
+
+
+def test_rows_of_another_size_are_refused() -> None:
+    with pytest.raises(
+        ShapeError, match="own: expected rows for 1 decisions in 3 dimensions, got 1 in 2"
+    ):
+        filter_of(row([1.0, 0.0], 0.0), dimension=3).decide(None, np.zeros((1, 3)))
+
+
+# How it is set up
+
+
+@pytest.mark.parametrize("dimension", [1, 3])
+def test_the_built_in_solver_is_refused_outside_the_plane(dimension: int) -> None:
+    with pytest.raises(
+        UnsupportedProgram, match=f"'planar' .* {dimension} dimensions: .*'clarabel'"
+    ):
+        sf.SafetyFilter([], box_of(dimension))
+
+
+def test_in_the_plane_the_built_in_solver_decides_like_another() -> None:
+    rng = np.random.default_rng(3)
+    rows = [
+        sf.LinearConstraint(rng.normal(size=(2, 2)), [-0.2, -0.2]),
+        sf.LinearConstraint(rng.normal(size=(4, 2)), 0.4 * rng.random(4), hard=False),
+    ]
+    action = rng.normal(size=(30, 2))
+    one = filter_of(*rows, dimension=2, backend="planar").decide(None, action)
+    other = filter_of(*rows, dimension=2).decide(None, action)
+    assert (one.case == other.case).all()
+    assert set(one.case.tolist()) >= {2, 3}
+    assert one.velocity == pytest.approx(other.velocity, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    "constraint", [sf.PriorityORCA(2.0), sf.Separation(0.2), sf.StaticObstacles(2.0)]
+)
+def test_constraints_for_robots_are_refused(constraint: sf.Constraint) -> None:
+    with pytest.raises(InvalidInput, match=f"{constraint.name} is about velocities of robots"):
+        filter_of(constraint, dimension=2)
+
+
+def test_a_right_hand_side_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="right_bias: only robots"):
+        filter_of(dimension=2, right_bias=0.1)
+
+
+def test_a_fallback_outside_the_box_is_refused() -> None:
+    with pytest.raises(
+        OutOfRange, match=r"fallback: expected an action in the box, got \[2\.0, 0\.0\]"
+    ):
+        filter_of(dimension=2, fallback=[2.0, 0.0])
+    with pytest.raises(ShapeError, match="fallback"):
+        filter_of(dimension=2, fallback=[0.0])
+
+
+def test_robots_need_a_scene_of_robots() -> None:
+    safety = sf.SafetyFilter([], sf.Holonomic(1.0))
+    with pytest.raises(InvalidInput, match="scene: expected a Scene, got ndarray"):
+        safety.decide(np.zeros(2), [[0.0, 0.0]])
+
+
+def test_the_program_shown_has_the_answer_that_was_decided() -> None:
+    safety = filter_of(AT_LEAST, dimension=2)
+    action = [0.1, 3.0]
+    program = safety.program(None, action, 0)
+    decision = safety.decide(None, [action])
+    assert sf.solve(program).x == pytest.approx(decision.velocity[0], abs=1e-8)
+
+
+def test_rows_shown_are_those_of_the_box_and_then_the_users_in_order() -> None:
+    safety = filter_of(AT_LEAST, dimension=2).with_constraints(AT_MOST)
+    rows = safety.half_spaces(None, np.zeros((1, 2)))
+    assert rows.sources == safety.sources == ("action_box", "at least", "at most")
+    assert rows.labels[0, :, 0].tolist() == [0, 0, 0, 0, 1, 2]
+
+
+def test_a_filter_survives_pickling() -> None:
+    safety = filter_of(AT_LEAST, dimension=2, fallback=[0.5, 0.0])
+    copied = pickle.loads(pickle.dumps(safety))
+    action = np.array([[0.0, np.nan], [0.0, 0.3]])
+    assert (
+        copied.decide(None, action).action.tolist() == safety.decide(None, action).action.tolist()
+    )
+
+
+def test_nothing_is_turned() -> None:
+    wanted = np.array([[0.1, 0.2, 0.3]])
+    assert filter_of(dimension=3).biased(wanted).tolist() == wanted.tolist()
+
+
+def test_arrays_of_a_decision_have_the_dimensions_of_the_box() -> None:
+    decision = filter_of(row([1.0] * 4, 1.0), dimension=4).decide(None, np.zeros((2, 4)))
+    assert decision.active.shape == (2, 4, 2)
+    assert decision.multipliers.shape == (2, 4)
+    assert decision.proof.shape == (2, 5, 2)
+    assert decision.proof_multipliers.shape == (2, 5)
+    assert decision.backend == "clarabel"
