@@ -84,12 +84,19 @@ class View:
         p_x, p_y, _, _, radius, _, horizon, *_ = self.given
         return parts(*self.result[:2], p_x, p_y, radius, horizon, self.offset)
 
-    def mirrors(self, other: View) -> z3.BoolRef:
-        """This robot looks at the same pair from the other side."""
+    def mirrored(self, robot: str) -> View:
+        """What the other robot gives: the same pair from its other side."""
         signs = (-1, -1, -1, -1, 1, 1, 1, -1, 1)
-        return z3.And(
-            *(mine == s * his for mine, s, his in zip(self.given, signs, other.given, strict=True))
+        given = tuple(sign * value for sign, value in zip(signs, self.given, strict=True))
+        return View(given, View.of(robot).result)
+
+    def both_are_shipped(self, other: View) -> z3.BoolRef:
+        """Both results are what the shipped function returns."""
+        boundary = symbolic(shipped.norm_boundary)
+        ways = paths(
+            lambda: (*boundary(*map(Number, self.given)), *boundary(*map(Number, other.given)))
         )
+        return graph(ways, self.result + other.result)
 
     def opposes(self, other: View) -> z3.BoolRef:
         """This robot's normal is the opposite one, its change the same."""
@@ -101,7 +108,8 @@ class View:
         return paths(lambda: boundary(*map(Number, self.given)))
 
 
-I, J = View.of("i"), View.of("j")  # noqa: E741  # the robots' own names
+I = View.of("i")  # noqa: E741  # the robot's own name
+J = I.mirrored("j")
 P_X, P_Y, O_X, O_Y, RADIUS, HORIZON, OVERLAP_HORIZON, TIE, KIND = I.given
 POSITIVE = {"R > 0": RADIUS > 0, "tau > 0": HORIZON > 0}
 TIES = z3.Or(TIE == 1, TIE == -1)
@@ -180,8 +188,8 @@ def cutoff_arc() -> Lemma:
         "cutoff_arc",
         "cut-off: |n| = 1, n . p <= -R, (n . o + change) tau = n . p + R",
         _cutoff(length),
-        POSITIVE
-        | {
+        {
+            "tau > 0": HORIZON > 0,
             "w_length = |v_opt - p / tau|": z3.And(length > 0, length * length == w_x * w_x + w_y * w_y),
             "w faces the cut-off": z3.Or(*(way.taken for way in ways if way.result)),
         },
@@ -213,9 +221,8 @@ def total() -> Lemma:
     return Lemma(
         name="boundary.total",
         equation="norm_boundary is defined everywhere",
-        assumptions=POSITIVE | {"overlap horizon > 0": OVERLAP_HORIZON > 0},
+        assumptions={"tau > 0": HORIZON > 0, "overlap horizon > 0": OVERLAP_HORIZON > 0},
         claim=I.is_total,
-        witnesses={"R > 0": {RADIUS: 0, P_X: 0, P_Y: 0}},
     )
 
 
@@ -225,14 +232,12 @@ def symmetric() -> Lemma:
         name="boundary.symmetric",
         equation="n_j = -n_i, change_j = change_i",
         assumptions={
-            "i's boundary": I.is_shipped,
-            "j's boundary": J.is_shipped,
-            "one pair, seen from both sides": J.mirrors(I),
+            "both boundaries are the shipped ones": I.both_are_shipped(J),
             "tau > 0": HORIZON > 0,
             "overlap horizon > 0": OVERLAP_HORIZON > 0,
         },
         claim=J.opposes(I),
-        split=("i's boundary", "j's boundary"),
+        split=("both boundaries are the shipped ones",),
     )
 
 
@@ -241,8 +246,8 @@ def supporting() -> Lemma:
     return Lemma(
         name="boundary.supporting",
         equation="|p| > R  =>  the half-plane of norm_boundary supports VO^tau, on every branch",
-        assumptions=POSITIVE
-        | {
+        assumptions={
+            "tau > 0": HORIZON > 0,
             "the discs are apart": I.is_apart,
             "the centres have a direction": I.has_direction,
             "the boundary is the shipped one": I.is_shipped,

@@ -191,12 +191,14 @@ class _Asking:
         chosen = facts if step.using is None else {key: facts[key] for key in step.using}
         if any(fact.eq(step.claim) for fact in chosen.values()):
             return step.claim
-        moved = {key: _shifted(fact, shift) for key, fact in chosen.items()}
-        context = [fact for key, fact in moved.items() if key not in step.split]
+        context = [_shifted(fact, shift) for key, fact in chosen.items() if key not in step.split]
         signs = [fact for fact in context if len(get_vars(fact)) <= 1]
-        for case in itertools.product(*(moved[key].children() for key in step.split)):
-            for goal in _parts(step.claim):
-                denied = _shifted(z3.Not(goal), shift)
+        alternatives = [
+            [_shifted(way, shift) for way in _alternatives(chosen[key])] for key in step.split
+        ]
+        denials = [_shifted(z3.Not(goal), shift) for goal in _parts(step.claim)]
+        for case in itertools.product(*alternatives):
+            for denied in denials:
                 outcome, model = self.ask([*context, *case, denied], [*signs, *case, denied])
                 if outcome != z3.unsat:
                     reason = f"z3 does not know whether {name} holds"
@@ -266,6 +268,10 @@ def _shifted(formula: z3.BoolRef, shift: Mapping[z3.ArithRef, z3.ArithRef]) -> z
         return formula
     moved = [(variable, z3.Real(f"{variable}'") + by) for variable, by in shift.items()]
     return z3.simplify(z3.substitute(formula, *moved))
+
+
+def _alternatives(fact: z3.BoolRef) -> list[z3.BoolRef]:
+    return list(fact.children()) if z3.is_or(fact) else [fact]
 
 
 def _parts(claim: z3.BoolRef) -> list[z3.BoolRef]:

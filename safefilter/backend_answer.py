@@ -88,7 +88,7 @@ class BackendAnswer:
     """What a backend contributes to one decision.
 
     Attributes:
-        fault: `Fault.NONE` if everything below is verified; the rest is to be ignored otherwise, except that `proof`
+        fault: `Fault.NONE` if everything below is verified; the rest is to be ignored otherwise, except that ``proof``
             is verified for `Fault.EMPTY_HARD_SET` too: then all of it is on hard rows.
         case: `Case.PROJECTED` or `Case.LEAST_VIOLATION`.
         velocity: Shape (d,).
@@ -122,10 +122,9 @@ def _is_usable(answer: _Verified) -> bool:
 class _Attempt:
     """Asks backends about one decision, and keeps account of the time."""
 
-    def __init__(self, solvers: Solvers, radius: float, *, stands_alone: bool) -> None:
+    def __init__(self, solvers: Solvers, radius: float) -> None:
         self._solvers = solvers
         self._radius = radius
-        self.stands_alone = stands_alone
         self.build_time = 0.0
         self.solve_time = 0.0
 
@@ -133,9 +132,6 @@ class _Attempt:
         solution = backend.solve(program)
         self.build_time += solution.build_time
         self.solve_time += solution.solve_time
-        return self.verify(program, solution)
-
-    def verify(self, program: ConvexProgram, solution: Solution) -> _Verified:
         polished = polish(program, solution, tolerance=self._solvers.tolerance)
         certificate = certify(
             program, polished, tolerance=self._solvers.tolerance, radius=self._radius
@@ -152,13 +148,7 @@ class _Attempt:
 
 
 def ask_backend(
-    solvers: Solvers,
-    rows: HalfSpaces,
-    decision: int,
-    wanted: FloatArray,
-    radius: float,
-    *,
-    stands_alone: bool = False,
+    solvers: Solvers, rows: HalfSpaces, decision: int, wanted: FloatArray, radius: float
 ) -> BackendAnswer:
     """Find the velocity of one decision with a generic backend, and verify it.
 
@@ -168,17 +158,10 @@ def ask_backend(
         decision: Which decision of the batch.
         wanted: Wanted velocity, shape (d,).
         radius: Bound on the length of velocities within the hard rows.
-        stands_alone: Is there no built-in solver behind it? Then more is done before giving up: if the set of least
-            violation is too thin for the solver to find, its point is polished from the first stage's; and where no
-            answer can be used, it is asked whether the hard rows contradict each other. `Fault.EMPTY_HARD_SET` comes
-            with a proof.
     """
-    attempt = _Attempt(solvers, radius, stands_alone=stands_alone)
+    attempt = _Attempt(solvers, radius)
     try:
-        answer = _find(attempt, solvers, rows, decision, wanted)
-        if stands_alone and answer.fault in {Fault.BACKEND_WRONG_STATUS, Fault.BACKEND_REJECTED}:
-            return _proved_empty(attempt, solvers, rows, decision) or answer
-        return answer
+        return _find(attempt, solvers, rows, decision, wanted)
     except Exception as error:  # noqa: BLE001 - the one place where foreign code runs: whatever it raises, robots keep moving safely
         fault = Fault.DEADLINE if solvers.is_late else Fault.BACKEND_RAISED
         return replace(_faulty(attempt, rows, decision, fault), cause=error)
@@ -216,36 +199,13 @@ def _relaxed(
     decision, least = bound.decision, float(bound.solution.x[-1])
     relaxed = nearest_velocity(rows, decision, wanted, least + solvers.tolerance)
     second = attempt.ask(solvers.quadratic, relaxed)
-    # The last row of the first stage is t >= 0: it takes no part in a contradiction.
-    proof = bound.solution.multipliers[:-1].copy()
-    if not _is_usable(second) and attempt.stands_alone and not solvers.is_late:
-        point = bound.solution.x[:-1].copy()
-        known = Solution(Status.OPTIMAL, point, proof.copy(), build_time=0.0, solve_time=0.0)
-        second = attempt.verify(relaxed, known)
     if not _is_usable(second):
         return _faulty(attempt, rows, decision, attempt.fault_of(second.status))
+    # The last row of the first stage is t >= 0: it takes no part in a contradiction.
+    proof = bound.solution.multipliers[:-1].copy()
     if not bound.is_empty:
         return _answer(attempt, Case.PROJECTED, second.solution, np.zeros(len(proof)))
     return _answer(attempt, Case.LEAST_VIOLATION, second.solution, proof)
-
-
-def _proved_empty(
-    attempt: _Attempt, solvers: Solvers, rows: HalfSpaces, decision: int
-) -> BackendAnswer | None:
-    """Answer that the hard rows contradict each other; None if that is not proved.
-
-    Not every solver proves that a program is infeasible. So hard rows are treated as soft ones, where all solvers can
-    show how much the best point violates them.
-    """
-    hard = replace(
-        rows, present=rows.present & rows.hard, hard=np.zeros(rows.hard.shape, dtype=np.bool_)
-    )
-    bound = attempt.ask(solvers.linear, least_violation(hard, decision))
-    if not _is_usable(bound) or float(bound.solution.x[-1]) <= solvers.tolerance:
-        return None
-    proof = np.zeros(int(rows.present[decision].sum()))
-    proof[rows.hard[decision][rows.present[decision]]] = bound.solution.multipliers[:-1]
-    return replace(_faulty(attempt, rows, decision, Fault.EMPTY_HARD_SET), proof=proof)
 
 
 def _answer(attempt: _Attempt, case: Case, solution: Solution, proof: FloatArray) -> BackendAnswer:

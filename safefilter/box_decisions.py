@@ -2,8 +2,8 @@
 
 The conductor of this path: `robot_decisions` is that of robots. Decisions are made one by one, each by a backend.
 
-Nothing is known of what the actions move, so no action is safe by itself. Where nothing certified can be found, the
-user's fallback executes, or a typed error is raised.
+Where a backend fails, an exact solver stands in. Nothing is known of what the actions move, so no action is safe by
+itself: where the hard rows leave none, the user's fallback executes, or a typed error is raised.
 
 Letters: B decisions, M rows, d dimensions. Everything in the unit of the action.
 """
@@ -43,6 +43,7 @@ from safefilter.half_spaces import HalfSpaces
 from safefilter.kinematics.box import DTYPES, Box
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.programs.nearest_velocity import nearest_velocity
+from safefilter.stand_in import stand_in
 
 FOR_ROBOTS = (PriorityORCA, Separation, StaticObstacles)
 HOW_TO_FALL_BACK = "pass fallback= to SafetyFilter, the action to take then"
@@ -132,11 +133,7 @@ class BoxDecisions:
         self._solvers.start()
         scaled = _in_unit(posed.rows, self._box.unit)
         for k in open_decisions.tolist():
-            answer = self._ask(scaled, k, posed.wanted[k])
-            built += answer.build_time
-            take_answer(outcome, k, posed.rows, answer, self._tolerance)
-            if answer.fault != Fault.NONE:
-                self._fall_back(outcome, k, posed, answer)
+            built += self._decide_one(outcome, k, posed, scaled)
         outcome.fault[posed.is_lost & (outcome.fault == Fault.NONE)] = Fault.ACTION_NOT_FINITE
         action = self._finish(posed, outcome)
         elapsed = perf_counter() - start
@@ -174,7 +171,7 @@ class BoxDecisions:
         is_kept = self._keeps_hard_rows(posed.rows, decision.action)
         certificates = []
         for k in range(len(decision)):
-            if decision.fault[k] not in {Fault.NONE, Fault.ACTION_NOT_FINITE}:
+            if decision.fault[k] in {Fault.EMPTY_HARD_SET, Fault.DEADLINE}:
                 certificate = refused("the fallback executes: it is the user's own", exact=exact)
             elif not is_kept[k]:
                 certificate = refused("the hard rows do not hold on what executes", exact=exact)
@@ -221,16 +218,27 @@ class BoxDecisions:
         is_safe: BoolArray = self._box.contains(posed.given) & (worst <= self._tolerance)
         return is_safe
 
-    def _ask(self, scaled: HalfSpaces, k: int, wanted: FloatArray) -> BackendAnswer:
-        """Ask the backend about decision k in the unit of the box; the answer is in that of the action."""
+    def _decide_one(self, outcome: Outcome, k: int, posed: _Posed, scaled: HalfSpaces) -> float:
+        """Case-2 and Case-3 of decision k, in the unit of the box; returns the time spent building programs."""
         unit = self._box.unit
-        answer = ask_backend(
-            self._solvers, scaled, k, wanted / unit, self._box.radius / unit, stands_alone=True
-        )
+        wanted, radius = posed.wanted[k] / unit, self._box.radius / unit
+        answer = given = ask_backend(self._solvers, scaled, k, wanted, radius)
+        # What is late is not waited for any longer.
+        if answer.fault not in {Fault.NONE, Fault.DEADLINE}:
+            answer = stand_in(scaled, k, wanted, radius, self._solvers.tolerance)
         # Weights of a contradiction have no unit.
-        return replace(
-            answer, velocity=unit * answer.velocity, multipliers=unit * answer.multipliers
+        answer = replace(
+            answer,
+            velocity=unit * answer.velocity,
+            multipliers=unit * answer.multipliers,
+            cause=given.cause,
         )
+        take_answer(outcome, k, posed.rows, answer, self._tolerance)
+        if answer.fault != Fault.NONE:
+            self._fall_back(outcome, k, posed, answer)
+        elif given.fault != Fault.NONE:
+            outcome.fault[k] = given.fault
+        return given.build_time
 
     def _fall_back(self, outcome: Outcome, k: int, posed: _Posed, answer: BackendAnswer) -> None:
         """Let the fallback stand in for decision k.

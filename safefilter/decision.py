@@ -29,15 +29,15 @@ class Fault(IntEnum):
     ACTION_NOT_FINITE = 1
     """The policy asked for NaN or infinity: taken as standing still, in a `Box` as the user's fallback."""
     BACKEND_RAISED = 2
-    """The backend raised; the built-in solver's answer is used, here and below; in a `Box` the user's fallback."""
+    """The backend raised; the built-in solver's answer is used."""
     BACKEND_WRONG_STATUS = 3
     """The backend's status is refuted by a proof: solvable called infeasible, or no point where one exists."""
     BACKEND_REJECTED = 4
     """The backend's point failed verification: NaN, outside the rows, or not optimal."""
     DEADLINE = 5
-    """The backend was late; the built-in solver's answer is used."""
+    """The backend was late; the built-in solver's answer is used, in a `Box` the user's fallback."""
     EMPTY_HARD_SET = 6
-    """The user's hard rows contradict each other: the user's fallback is used. In a `Box`, ``proof`` says which rows."""
+    """The user's hard rows contradict each other: the user's fallback is used. In a `Box`, ``proof`` says which."""
     STALLED = 7
     """The built-in solver did not finish: the robot stands still."""
 

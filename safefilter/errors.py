@@ -66,7 +66,7 @@ class UnsupportedProgram(SafeFilterError, ValueError):
 
 
 class BackendFailed(SafeFilterError, RuntimeError):
-    """A solver raised, or where nothing stands in for it, gave no answer that can be used.
+    """A solver raised, or was late where nothing stands in for it.
 
     Attributes:
         program: The program that it was given, for replay.

@@ -66,8 +66,8 @@ class SafetyFilter:
                 works in a process of its own; for what it has not answered by then, the built-in solver's answer stands
                 in, or in a `Box` the fallback. None waits for ever.
             fallback: Velocity or action, shape (d,), where hard rows (your own among them) contradict each other; in a
-                `Box` also where the backend gave no answer that can be used, and in place of an action that is not
-                finite. It executes as it is, which `Decision.certified` judges. None raises an error there.
+                `Box` also where the deadline passed, and in place of an action that is not finite. It executes as it
+                is, which `Decision.certified` judges. None raises an error there.
             right_bias: Angle in rad by which wanted velocities turn to the right in Case-2 and Case-3, so that
                 perfectly symmetric robots do not push for ever. Case-1 stays exact. For robots only.
 
@@ -172,7 +172,7 @@ class SafetyFilter:
             OutOfRange: If ``index`` names no robot, or the scene's reach is too short for the hard rows.
             EmptyHardSet: If your own hard rows contradict each other or the rest, and there is no fallback.
             NotFinite: If an action in a `Box` is not finite, and there is no fallback.
-            BackendFailed: If in a `Box` the backend gave no answer that can be used, and there is no fallback.
+            BackendFailed: If in a `Box` the backend is late, and there is no fallback.
         """
         return self._decisions.decide(scene, action, index)
 

@@ -81,6 +81,8 @@ SOLVERS: Mapping[str, Solver] = {
             "dual_feasibility_tolerance": max(tolerance, 1e-10),
             # By default it adds 1e-7 to the diagonal of P, and is off by as much.
             "qp_regularization_value": 0.0,
+            # Its active-set method can go round in circles for ever; programs of ours take dozens of iterations.
+            "qp_iteration_limit": 1000,
         },
         sparse=True,
         names_its_status=False,

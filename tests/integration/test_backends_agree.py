@@ -58,7 +58,7 @@ def head_on() -> Course:
     middle = np.stack([zero, lane + offset], axis=1)
     right = np.stack([zero + 0.45, lane], axis=1)
     goal = [right, middle - [0.9, 0.0], left]
-    return Course(np.concatenate([left, middle, right]), np.concatenate(goal), 3)
+    return Course(np.concatenate([left, middle, right]), np.concatenate(goal), 4)
 
 
 def crossroad() -> Course:
@@ -68,7 +68,7 @@ def crossroad() -> Course:
     aside = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
     aside *= np.tile([-0.15, -0.15, 0.15, 0.15], 4)[:, None]
     distance = np.tile([0.7, 0.96], 8)[:, None]
-    return Course(aside - distance * ahead, aside + distance * ahead, 5)
+    return Course(aside - distance * ahead, aside + distance * ahead, 8)
 
 
 def dense() -> Course:
@@ -77,7 +77,7 @@ def dense() -> Course:
     columns = 0.26 * (np.arange(5) - 2.0)
     start = np.stack(np.meshgrid(columns, columns), axis=2).reshape(-1, 2)
     start += rng.uniform(-0.02, 0.02, start.shape)
-    return Course(start, -start, 8)
+    return Course(start, -start, 12)
 
 
 COURSES = {course.__name__: course for course in (head_on, crossroad, dense)}

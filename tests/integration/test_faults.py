@@ -123,3 +123,16 @@ def test_names_of_faults_are_told() -> None:
     decision = filter_of(trial, "fault:Raises").decide(scene, action)
     assert "BACKEND_RAISED" in decision.fault_names
     assert set(decision.fault_names) <= {"BACKEND_RAISED", "NONE"}
+
+
+@pytest.mark.parametrize("backend", ["qpsolvers:highs", "cvxpy:HIGHS"])
+def test_a_solver_that_goes_round_in_circles_is_stopped(backend: str) -> None:
+    # Found by ten thousand robot-steps: without a limit on its iterations HiGHS 1.15.1 does not come back from this.
+    program = sf.ConvexProgram(
+        P=np.eye(2),
+        q=np.array([-0.0919, 0.0466]),
+        G=np.array([[0.904, -0.4276], [-0.2497, -0.9683], [0.9079, 0.4193]]),
+        h=np.array([0.1029, 0.0223, 0.0639]),
+    )
+    status = sf.make_backend(backend, tolerance=1e-9).solve(program).status
+    assert status is not sf.Status.INFEASIBLE

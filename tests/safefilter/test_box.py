@@ -61,6 +61,29 @@ def test_radius_reaches_the_farthest_corner(
     assert sf.Box(space_of(low, high)).radius == radius
 
 
+def test_bounds_that_stand_for_none_make_no_row() -> None:
+    most = float(np.finfo(np.float32).max)
+    box = sf.Box(space_of([-1.0, -most], [4.0, most], np.float32))
+    assert box.half_spaces(1).present[0].tolist() == [True, False, True, False]
+    assert box.radius == math.inf
+    assert box.unit == 4.0
+    assert box.contains(np.array([[0.0, 2.0 * most]])).tolist() == [False]
+
+
+@pytest.mark.parametrize(
+    ("limit", "unit"), [(1.0, 1.0), (0.2, 0.25), (1e6, 2.0**20), (1e-300, 2.0**-997), (np.inf, 1.0)]
+)
+def test_the_unit_is_a_power_of_two_near_the_largest_bound(limit: float, unit: float) -> None:
+    assert sf.Box(space_of([-limit, 0.0], [limit, 0.0])).unit == unit
+
+
+def test_a_tolerance_is_never_below_what_solvers_can_keep() -> None:
+    large, small = sf.Box(space_of([-1024.0], [1024.0])), sf.Box(space_of([0.0], [2.0**-10]))
+    assert large.relative_tolerance(1e-9) == 1e-9
+    assert large.relative_tolerance(1024.0 * 1e-6) == 1e-6
+    assert small.relative_tolerance(1e-9) == 1024.0 * 1e-9
+
+
 def test_contains_its_bounds_and_nothing_beyond() -> None:
     box = sf.Box(space_of([-1.0, -np.inf], [1.0, 2.0]))
     beyond = np.nextafter(1.0, 2.0)

@@ -14,17 +14,12 @@ from hypothesis import strategies as st
 from safefilter import DifferentialDrive, SafetyFilter
 from safefilter.arrays import FloatArray
 from safefilter.constraints.priority_orca import (
-    NEVER,
     Leg,
     PriorityORCA,
     SlackRule,
     VOpt,
-    grown_radius,
-    row_offset,
-    share_of_change,
     time_to_collision,
 )
-from safefilter.constraints.responsibility import responsibility, room
 from safefilter.errors import InvalidInput, NotFinite, OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.scene import Scene
@@ -149,43 +144,6 @@ def test_all_of_the_change_is_taken_from_a_robot_that_does_not_cooperate() -> No
         priority=[9.0, 1.0],
     )
     assert meeting.rows(PriorityORCA(2.0)).offsets[0, 0] == -0.625
-
-
-@pytest.mark.parametrize(
-    ("change", "has_dual_slack", "expected"),
-    [(1.0, True, 0.25), (1.0, False, 0.25), (-1.0, True, 0.75), (-1.0, False, 0.25)],
-)
-def test_shares_by_hand(change: float, has_dual_slack: bool, expected: float) -> None:
-    assert share_of_change(3.0, 1.0, True, change, has_dual_slack) == expected
-    assert share_of_change(3.0, 1.0, False, change, has_dual_slack) == 1.0
-
-
-@given(a=priorities, b=priorities, change=st.floats(-2.0, 2.0), dual=st.booleans())
-def test_shares_of_a_pair_sum_to_one(a: float, b: float, change: float, dual: bool) -> None:
-    total = share_of_change(a, b, True, change, dual) + share_of_change(b, a, True, change, dual)
-    assert total == pytest.approx(1.0, abs=1e-15)
-
-
-@given(a=priorities, b=priorities, change=st.floats(-2.0, 2.0))
-def test_dual_rule_never_makes_the_higher_priority_change_more(
-    a: float, b: float, change: float
-) -> None:
-    # The row is n @ v >= n @ v_opt + share * change: the larger the right side, the more a robot must change.
-    high, low = max(a, b), min(a, b)
-    demand_high = share_of_change(high, low, True, change, True) * change
-    assert demand_high <= share_of_change(low, high, True, change, True) * change
-
-
-@given(a=priorities, b=priorities)
-def test_paper_rule_is_eq_15_on_both_branches(a: float, b: float) -> None:
-    for change in (1.0, -1.0):
-        assert share_of_change(a, b, True, change, False) == responsibility(a, b)
-    assert share_of_change(a, b, True, -1.0, True) == room(a, b)
-
-
-@given(along=speeds, share=st.floats(0.0, 1.0), change=speeds)
-def test_offset_lies_the_share_beyond_v_opt(along: float, share: float, change: float) -> None:
-    assert row_offset(along, share, change) - along == pytest.approx(share * change, abs=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -325,25 +283,6 @@ def test_overlapping_robots_part_within_the_overlap_time() -> None:
     np.testing.assert_allclose(rows.offsets[:, 0], [0.4, 0.4], rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("p", "v", "radius", "expected"),
-    [
-        ((4.0, 0.0), (1.0, 0.0), 1.0, 3.0),
-        ((4.0, 0.0), (-1.0, 0.0), 1.0, NEVER),
-        ((4.0, 0.0), (0.0, 1.0), 1.0, NEVER),
-        ((4.0, 0.0), (0.0, 0.0), 1.0, NEVER),
-        ((4.0, 3.0), (1.0, 0.0), 3.0, 4.0),  # grazes
-        ((4.0, 3.001), (1.0, 0.0), 3.0, NEVER),
-        ((0.5, 0.0), (1.0, 0.0), 1.0, -0.75),  # overlaps: less the more it does
-        ((1.0, 0.0), (0.0, 0.0), 1.0, -1e-300),  # touches
-    ],
-)
-def test_time_to_collision_by_hand(
-    p: tuple[float, float], v: tuple[float, float], radius: float, expected: float
-) -> None:
-    assert time_to_collision(*p, *v, radius) == pytest.approx(expected, rel=1e-12)
-
-
 @given(meeting=meetings())
 @example(meeting=HEAD_ON)
 def test_discs_touch_at_the_time_to_collision_and_not_before(meeting: Meeting) -> None:
@@ -358,74 +297,6 @@ def test_discs_touch_at_the_time_to_collision_and_not_before(meeting: Meeting) -
     else:
         assert least_distance(meeting, velocity, time) == pytest.approx(radius, abs=1e-6)
         assert float(np.linalg.norm(p - time * v)) == pytest.approx(radius, abs=1e-6)
-
-
-def chosen(orca: PriorityORCA, scene: Scene) -> list[int]:
-    """Whom robot 0 keeps a row for, in order."""
-    rows = orca.half_spaces(scene, np.zeros((1, 2)), np.array([0]))
-    others: list[int] = rows.labels[0, rows.present[0], 1].tolist()
-    return others
-
-
-def urgency(scene: Scene, j: int) -> tuple[int, float]:
-    """Overlap first, the deepest first; then collision courses, the soonest first; then the rest, the nearest first."""
-    p = scene.position[j] - scene.position[0]
-    v = scene.velocity[0] - scene.velocity[j]
-    time = time_to_collision(p[0], p[1], v[0], v[1], scene.radius[0] + scene.radius[j])
-    return (2, float(p @ p)) if time >= NEVER else (0 if time < 0.0 else 1, time)
-
-
-@given(seed=st.integers(0, 999), kept=st.integers(0, 12))
-def test_the_most_urgent_neighbours_are_kept(seed: int, kept: int) -> None:
-    rng = np.random.default_rng(seed)
-    scene = Scene.from_world(
-        rng.uniform(-8.0, 8.0, (10, 2)), rng.uniform(-1.0, 1.0, (10, 2)), rng.uniform(0.1, 1.0, 10)
-    )
-    order = sorted(range(1, 10), key=lambda j: urgency(scene, j))
-    found = chosen(PriorityORCA(2.0, max_neighbours=kept), scene)
-    # Nothing is cut where there are fewer: then the order is the scene's.
-    assert found == order[:kept] if kept < 9 else sorted(found) == sorted(order)
-
-
-def test_without_collision_courses_the_nearest_are_kept() -> None:
-    position = [[0.0, 0.0], [50.0, 0.0], [20.0, 0.0], [3.0, 0.0], [1.0, 0.0], [7.0, 0.0]]
-    scene = Scene.from_world(position, np.zeros((6, 2)), 0.1)
-    assert chosen(PriorityORCA(2.0, max_neighbours=2), scene) == [4, 3]
-
-
-def test_a_speed_that_vanishes_is_no_collision_course() -> None:
-    # The time to a collision is infinite, or so large that it is not a number in a quotient.
-    velocity = [[0.0, 0.0], [-1e-309, 0.0], [0.0, 0.0], [-0.1, 0.0]]
-    scene = Scene.from_world([[0.0, 0.0], [5.0, 0.0], [3.0, 0.0], [9.0, 0.0]], velocity, 0.1)
-    assert chosen(PriorityORCA(2.0, max_neighbours=2), scene) == [3, 2]
-
-
-@given(seed=st.integers(0, 999), kept=st.integers(0, 8))
-def test_by_distance_the_nearest_are_kept(seed: int, kept: int) -> None:
-    rng = np.random.default_rng(seed)
-    scene = Scene.from_world(rng.uniform(-8.0, 8.0, (10, 2)), rng.uniform(-1.0, 1.0, (10, 2)), 0.2)
-    distance = np.linalg.norm(scene.position - scene.position[0], axis=1)
-    order = sorted(range(1, 10), key=lambda j: float(distance[j]))
-    orca = PriorityORCA(2.0, max_neighbours=kept, order="distance")
-    assert chosen(orca, scene) == order[:kept]
-
-
-@given(combined=st.floats(0.01, 2.0), gap=st.floats(-1.0, 5.0), error=st.floats(0.0, 1.0))
-def test_radii_grow_by_both_errors_but_never_into_contact(
-    combined: float, gap: float, error: float
-) -> None:
-    grown = grown_radius(combined, combined + gap, error)
-    assert combined <= grown <= combined + 2.0 * error + 1e-15
-    if gap >= 0.0:
-        assert grown <= combined + gap + 1e-15
-    else:
-        assert grown == combined
-
-
-def test_radii_grow_by_hand() -> None:
-    assert grown_radius(1.0, 3.0, 0.25) == 1.5
-    assert grown_radius(1.0, 1.25, 0.25) == 1.25
-    assert grown_radius(1.0, 0.5, 0.25) == 1.0
 
 
 @given(meeting=meetings(), error=st.floats(1e-3, 0.1))

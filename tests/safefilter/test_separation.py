@@ -4,28 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from safefilter import Holonomic, SafetyFilter
 from safefilter.arrays import FloatArray
-from safefilter.constraints.responsibility import room
 from safefilter.constraints.separation import (
     SAFETY_MARGIN,
     Separation,
-    approach,
-    clearance,
-    cooperative_budget,
     direction,
-    passive_budget,
-    shared_budget,
-    spare_budget,
 )
-from safefilter.errors import NotFinite, OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.kinematics.holonomic import SPEED_SLACK
 from safefilter.scene import Scene
@@ -34,9 +25,6 @@ DT = 0.25
 # Rounding of a few sums of lengths up to a metre or so; the safety margin is much more.
 ROUNDING = 1e-12
 
-gaps = st.one_of(st.just(0.0), st.floats(0.0, 3.0))
-lengths = st.floats(0.0, 3.0)
-priorities = st.floats(1e-6, 1e6)
 parts = st.floats(-1.0, 1.0)
 
 
@@ -105,70 +93,6 @@ def least_distance(p: FloatArray, v: FloatArray, duration: float) -> float:
     speed_squared = float(v @ v)
     time = min(max(-float(p @ v) / speed_squared, 0.0), duration) if speed_squared else 0.0
     return float(np.linalg.norm(p + v * time))
-
-
-def test_budgets_by_hand() -> None:
-    assert clearance(2.0, 0.5, 0.25, 0.25) == 1.0
-    assert shared_budget(2.0, 0.25) == 0.5
-    assert spare_budget(2.0, 0.5) == 1.5
-    # 2 m free: a quarter of it is less than what the other leaves over.
-    assert cooperative_budget(2.0, 0.25, 0.5) == 1.5
-    assert cooperative_budget(2.0, 0.25, 1.75) == 0.5
-    assert passive_budget(2.0, 0.5) == 1.5
-    assert passive_budget(2.0, 2.5) == 0.0
-
-
-def test_approach_counts_along_the_line_of_centres() -> None:
-    # The other is to the north-east; what it does across does not count.
-    assert approach(0.6, 0.8, -0.6, -0.8, 2.0) == pytest.approx(2.0)
-    assert approach(0.6, 0.8, 0.6, 0.8, 2.0) == pytest.approx(-2.0)
-    assert approach(0.6, 0.8, -0.8, 0.6, 2.0) == pytest.approx(0.0)
-
-
-@given(gap=gaps, receding=st.floats(0.0, 10.0))
-def test_a_neighbour_that_recedes_is_given_no_credit(gap: float, receding: float) -> None:
-    assert passive_budget(gap, -receding) == gap
-
-
-@given(gap=gaps, credited=st.floats(-5.0, 5.0))
-def test_passive_budget_and_credited_approach_fit_into_the_gap(gap: float, credited: float) -> None:
-    budget = passive_budget(gap, credited)
-    assert 0.0 <= budget <= gap
-    assert budget + max(0.0, credited) <= max(gap, credited) + ROUNDING
-
-
-@given(gap=gaps, a=priorities, b=priorities, reach_a=lengths, reach_b=lengths)
-@example(gap=1.0, a=1.0, b=1.0, reach_a=0.1, reach_b=0.1)
-@example(gap=1.0, a=1.0, b=3.0, reach_a=0.1, reach_b=3.0)
-def test_a_pair_that_keeps_budgets_and_speed_limits_stays_within_the_gap(
-    gap: float, a: float, b: float, reach_a: float, reach_b: float
-) -> None:
-    # Either may take its share or what the other cannot use; nobody exceeds its own reach.
-    advance_a = min(cooperative_budget(gap, room(a, b), reach_b), reach_a)
-    advance_b = min(cooperative_budget(gap, room(b, a), reach_a), reach_b)
-    assert advance_a >= 0.0
-    assert advance_b >= 0.0
-    assert advance_a + advance_b <= gap + ROUNDING
-
-
-@given(gap=gaps, own_room=st.floats(0.0, 1.0), reach=lengths, more=lengths)
-def test_budgets_grow_with_the_gap_and_shrink_with_the_others_reach(
-    gap: float, own_room: float, reach: float, more: float
-) -> None:
-    budget = cooperative_budget(gap, own_room, reach)
-    assert cooperative_budget(gap + more, own_room, reach) >= budget
-    assert cooperative_budget(gap, own_room, reach + more) <= budget
-    assert budget >= shared_budget(gap, own_room)
-
-
-@given(angle=st.floats(0.0, 6.3), distance=st.floats(1e-140, 1e3), tie=st.sampled_from((1.0, -1.0)))
-def test_direction_has_length_one_and_is_opposite_for_the_other(
-    angle: float, distance: float, tie: float
-) -> None:
-    x, y = distance * math.cos(angle), distance * math.sin(angle)
-    e = direction(x, y, math.hypot(x, y), tie)
-    assert math.hypot(*e) == pytest.approx(1.0, abs=1e-12)
-    assert direction(-x, -y, math.hypot(x, y), -tie) == (-e[0], -e[1])
 
 
 @pytest.mark.parametrize("offset", [0.0, 5e-324, 2e-162, -1e-155])
@@ -331,30 +255,6 @@ def test_required_reach_is_as_good_as_seeing_everyone(
     )
 
 
-def test_required_reach_by_hand() -> None:
-    # Radii 0.5 and 0.5; 2 m/s and 1 m/s for a quarter of a second; margin 0.25.
-    limits = np.array([2.0, 1.0])
-    separation = Separation(DT, 0.25)
-    assert separation.required_reach(pair(5.0), limits) == 1.0 + 1.0 + 0.25
-    # A passive robot is seen to move with 10 m/s, or may.
-    fast = pair(5.0, cooperative=False, velocity=10.0)
-    assert separation.required_reach(fast, limits) == 1.0 + 0.5 + 2.5 + 0.25
-    sudden = Separation(DT, 0.25, passive_speed=20.0)
-    assert sudden.required_reach(fast, limits) == 1.0 + 0.5 + 5.0 + 0.25
-
-
-def test_nobody_needs_no_reach() -> None:
-    nobody = Scene.from_world(np.zeros((0, 2)), np.zeros((0, 2)), 0.1)
-    assert Separation(DT).required_reach(nobody, np.empty(0)) == 0.0
-
-
-def test_a_reach_that_is_too_short_is_refused() -> None:
-    scene = Scene.from_world([[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)), 0.1, reach=0.25)
-    safety = SafetyFilter([Separation(DT, 0.0)], Holonomic(0.2))
-    with pytest.raises(OutOfRange, match=r"^reach: hard rows need every neighbour within 0\.3 m"):
-        safety.decide(scene, np.zeros((2, 2)))
-
-
 def test_alone_it_knows_no_speed_limits_and_makes_every_row() -> None:
     rows = Separation(DT, 0.0).half_spaces(pair(100.0), np.zeros((2, 2)), np.arange(2))
     assert (-rows.offsets[:, 0] * DT).tolist() == [25.0, 75.0]
@@ -364,33 +264,3 @@ def test_alone_it_knows_no_speed_limits_and_makes_every_row() -> None:
 def test_standing_still_keeps_every_budget(crowd: Crowd) -> None:
     assume(crowd.scene.num_robots > 0)
     assert min(crowd.budgets().values()) >= 0.0
-
-
-@pytest.mark.parametrize(
-    ("settings", "error", "message"),
-    [
-        ({"dt": 0.0}, OutOfRange, "dt: expected a number above 0, got 0.0"),
-        ({"dt": math.nan}, NotFinite, "dt: expected a finite number, got nan"),
-        (
-            {"safety_margin": -1e-6},
-            OutOfRange,
-            "safety_margin: expected a finite number from 0 up, got -1e-06",
-        ),
-        (
-            {"safety_margin": math.nan},
-            OutOfRange,
-            "safety_margin: expected a finite number from 0 up, got nan",
-        ),
-        (
-            {"passive_speed": math.inf},
-            OutOfRange,
-            "passive_speed: expected a finite number from 0 up, got inf",
-        ),
-    ],
-)
-def test_settings_that_make_no_sense_are_refused(
-    settings: dict[str, Any], error: type[ValueError], message: str
-) -> None:
-    with pytest.raises(error) as caught:
-        Separation(**{"dt": DT, **settings})
-    assert str(caught.value) == message
