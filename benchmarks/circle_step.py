@@ -105,18 +105,24 @@ def _rows(state: CircleState, rounds: int) -> Iterator[Row]:
     case = np.bincount(plain.decide(scene, state.wanted).case, minlength=4)[1:] / size
     shares = ", ".join(f"{part:.0%}" for part in case)
     group = f"{size} robots, {state.phase} ({len(scene.neighbours) / size:.1f} neighbours; cases {shares})"
-    most = numba.get_num_threads()
-    for threads in sorted({1, min(2, most)}):
-        numba.set_num_threads(threads)
-        times = interleaved(actions, rounds=rounds, prepare={RVO2: state.restore})
-        numba.set_num_threads(most)
-        reference = times.pop(RVO2)
-        if threads == 1:
-            yield _row(RVO2, group, reference, reference)
-        for name, taken in times.items():
-            factor = size / CERTIFIED_ROBOTS if name == CERTIFY else 1.0
-            label = f"{name}, {threads} threads" if threads > 1 else name
-            yield _row(label, group, factor * taken, reference)
+    times = _times(actions, state, rounds, threads=1)
+    for name, taken in times.items():
+        factor = size / CERTIFIED_ROBOTS if name == CERTIFY else 1.0
+        yield _row(name, group, factor * taken, times[RVO2])
+    if numba.get_num_threads() > 1:
+        on_two = _times({name: actions[name] for name in (RVO2, FILTER)}, state, rounds, threads=2)
+        yield _row(f"{FILTER}, 2 threads", group, on_two[FILTER], on_two[RVO2])
+
+
+def _times(
+    actions: dict[str, Action], state: CircleState, rounds: int, *, threads: int
+) -> dict[str, FloatArray]:
+    before = numba.get_num_threads()
+    numba.set_num_threads(threads)
+    try:
+        return interleaved(actions, rounds=rounds, prepare={RVO2: state.restore})
+    finally:
+        numba.set_num_threads(before)
 
 
 def _row(name: str, group: str, taken: FloatArray, reference: FloatArray) -> Row:

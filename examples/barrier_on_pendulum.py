@@ -1,8 +1,8 @@
 """Keep a pendulum upright whatever the policy asks for: two barriers on Gymnasium's Pendulum-v1, bare and filtered.
 
 Run it as ``python examples/barrier_on_pendulum.py``. A state is safe if ``STIFFNESS * (LIMIT - angle) >= rate``, and
-likewise on the other side: the nearer the limit, the slower towards it. After a step of the environment these are affine
-in the torque, so the rows of the filter are exact; and the torque suffices to keep both in every safe state.
+likewise on the other side: the nearer the limit, the slower towards it. After a step these are affine in the torque, so
+the rows of the filter are exact; and the torque suffices to keep both of them in every safe state.
 """
 
 from __future__ import annotations

@@ -233,8 +233,6 @@ def symmetric() -> Lemma:
         equation="n_j = -n_i, change_j = change_i",
         assumptions={
             "both boundaries are the shipped ones": I.both_are_shipped(J),
-            "tau > 0": HORIZON > 0,
-            "overlap horizon > 0": OVERLAP_HORIZON > 0,
         },
         claim=J.opposes(I),
         split=("both boundaries are the shipped ones",),
@@ -278,6 +276,10 @@ def parting() -> Lemma:
         claim=I.parts,
         split=("the boundary is the shipped one",),
         shift=_from_centre(OVERLAP_HORIZON),
+        witnesses={
+            "R > 0": {RADIUS: -1, P_X: 0, P_Y: 0, O_X: 0, O_Y: 0, OVERLAP_HORIZON: 1, TIE: 1},
+            "the discs overlap": {RADIUS: 3, P_X: 4, P_Y: 0, O_X: 0, O_Y: 0, KIND: 0, OVERLAP_HORIZON: 1},
+        },
     )
 
 

@@ -181,7 +181,9 @@ def _find(
     if not _is_usable(bound):
         return _faulty(attempt, rows, decision, attempt.fault_of(bound.status))
     is_empty = float(bound.solution.x[-1]) > solvers.tolerance
-    if first.status is (Status.OPTIMAL if is_empty else Status.INFEASIBLE):
+    # Rows that clash by less than the tolerance count as met; calling them infeasible with a proof is no lie.
+    is_honest = first.status is Status.INFEASIBLE and bool(first.certificate)
+    if first.status is (Status.OPTIMAL if is_empty else Status.INFEASIBLE) and not is_honest:
         return _faulty(attempt, rows, decision, Fault.BACKEND_WRONG_STATUS)
     return _relaxed(attempt, solvers, rows, wanted, _Bound(decision, bound.solution, is_empty))
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +21,7 @@ from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array
 from safefilter.backend_answer import BackendAnswer, Solvers, ask_backend
 from safefilter.backends.backend import Status
 from safefilter.batch.records import Outcome
+from safefilter.box_problem import HOW_TO_FALL_BACK, Posed, actions_of, entries_of, rows_of
 from safefilter.certificate import Certificate
 from safefilter.constraints.constraint import AnyScene, Constraint
 from safefilter.constraints.priority_orca import PriorityORCA
@@ -34,37 +34,20 @@ from safefilter.errors import (
     BackendFailed,
     EmptyHardSet,
     InvalidInput,
-    NotFinite,
     OutOfRange,
-    ShapeError,
     UnsupportedProgram,
 )
 from safefilter.half_spaces import HalfSpaces
-from safefilter.kinematics.box import DTYPES, Box
+from safefilter.kinematics.box import Box
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.programs.nearest_velocity import nearest_velocity
+from safefilter.residuals import ROUNDING
 from safefilter.stand_in import stand_in
 
 FOR_ROBOTS = (PriorityORCA, Separation, StaticObstacles)
-HOW_TO_FALL_BACK = "pass fallback= to SafetyFilter, the action to take then"
-
-
-class _Posed(NamedTuple):
-    """What is to be decided.
-
-    Attributes:
-        given: Actions that the policy asks for, shape (B, d), float32 or float64; the fallback for those not finite.
-        wanted: The same in float64.
-        is_lost: Which of them were not finite, shape (B,).
-        entries: What of the scene they are about, shape (B,).
-        rows: Permitted sets.
-    """
-
-    given: npt.NDArray[np.floating]
-    wanted: FloatArray
-    is_lost: BoolArray
-    entries: IntArray
-    rows: HalfSpaces
+# Proofs in floats allow for rounding relative to the wish. From this many units of the box on that is more than their
+# tolerance: what executes is certified all the same, but only exact arithmetic can tell whether it is optimal.
+FARTHEST_WISH = 1e6
 
 
 class BoxDecisions:
@@ -134,10 +117,10 @@ class BoxDecisions:
         scaled = _in_unit(posed.rows, self._box.unit)
         for k in open_decisions.tolist():
             built += self._decide_one(outcome, k, posed, scaled)
-        outcome.fault[posed.is_lost & (outcome.fault == Fault.NONE)] = Fault.ACTION_NOT_FINITE
+        outcome.fault[posed.given.is_lost & (outcome.fault == Fault.NONE)] = Fault.ACTION_NOT_FINITE
         action = self._finish(posed, outcome)
         elapsed = perf_counter() - start
-        asked = Asked(posed.wanted, posed.entries, self._backend, built, elapsed - built)
+        asked = Asked(posed.given.wanted, posed.entries, self._backend, built, elapsed - built)
         return decision_of(outcome, action, asked)
 
     def biased(self, wanted: FloatArray) -> FloatArray:
@@ -169,6 +152,7 @@ class BoxDecisions:
         )
         last_word = self._box.last_word(decision.velocity, decision.action.dtype, self._tolerance)
         is_kept = self._keeps_hard_rows(posed.rows, decision.action)
+        is_far = np.abs(posed.given.wanted).max(axis=1) > FARTHEST_WISH * unit
         certificates = []
         for k in range(len(decision)):
             if decision.fault[k] in {Fault.EMPTY_HARD_SET, Fault.DEADLINE}:
@@ -181,47 +165,34 @@ class BoxDecisions:
                 )
             else:
                 certificate = check_decision(
-                    rows, posed.wanted / unit, claimed, k, self._box.radius / unit, exact=exact
+                    rows,
+                    posed.given.wanted / unit,
+                    claimed,
+                    k,
+                    self._box.radius / unit,
+                    exact=exact or bool(is_far[k]),
                 )
             certificates.append(certificate)
         return tuple(certificates)
 
     def _posed(
         self, scene: AnyScene, action: npt.ArrayLike, index: Sequence[int] | IntArray | None
-    ) -> _Posed:
-        given = _actions(action, self._box.dimension)
-        entries = _entries(index, len(given))
-        is_lost = ~np.isfinite(given).all(axis=1)
-        if is_lost.any():
-            if self._fallback is None:
-                k = int(np.argmax(is_lost))
-                raise NotFinite(
-                    f"action of row {k}: expected finite numbers, got {given[k].tolist()}; {HOW_TO_FALL_BACK}"
-                )
-            fallback = self._fallback[np.newaxis]
-            given[is_lost] = self._box.last_word(fallback, given.dtype, self._tolerance)
-        wanted = given.astype(np.float64)
-        parts = [self._box.half_spaces(len(given))]
-        for constraint in self.constraints:
-            part = constraint.half_spaces(scene, wanted.copy(), entries)
-            if (part.num_decisions, part.dimension) != given.shape:
-                raise ShapeError(
-                    f"{constraint.name}: expected rows for {len(given)} decisions in {self._box.dimension} "
-                    f"dimensions, got {part.num_decisions} in {part.dimension}"
-                )
-            parts.append(part)
-        return _Posed(given, wanted, is_lost, entries, HalfSpaces.stacked(parts))
+    ) -> Posed:
+        given = actions_of(action, self._box, self._fallback, self._tolerance)
+        entries = entries_of(index, len(given.action))
+        rows = rows_of(self._box, self.constraints, scene, given.wanted, entries)
+        return Posed(given, entries, rows)
 
-    def _is_safe(self, posed: _Posed) -> BoolArray:
+    def _is_safe(self, posed: Posed) -> BoolArray:
         """Case-1: in the box exactly, and within all other rows to the tolerance."""
-        worst = posed.rows.violation(posed.wanted).max(axis=1, initial=-np.inf)
-        is_safe: BoolArray = self._box.contains(posed.given) & (worst <= self._tolerance)
+        worst = posed.rows.violation(posed.given.wanted).max(axis=1, initial=-np.inf)
+        is_safe: BoolArray = self._box.contains(posed.given.action) & (worst <= self._tolerance)
         return is_safe
 
-    def _decide_one(self, outcome: Outcome, k: int, posed: _Posed, scaled: HalfSpaces) -> float:
+    def _decide_one(self, outcome: Outcome, k: int, posed: Posed, scaled: HalfSpaces) -> float:
         """Case-2 and Case-3 of decision k, in the unit of the box; returns the time spent building programs."""
         unit = self._box.unit
-        wanted, radius = posed.wanted[k] / unit, self._box.radius / unit
+        wanted, radius = posed.given.wanted[k] / unit, self._box.radius / unit
         answer = given = ask_backend(self._solvers, scaled, k, wanted, radius)
         # What is late is not waited for any longer.
         if answer.fault not in {Fault.NONE, Fault.DEADLINE}:
@@ -238,9 +209,10 @@ class BoxDecisions:
             self._fall_back(outcome, k, posed, answer)
         elif given.fault != Fault.NONE:
             outcome.fault[k] = given.fault
+        outcome.optimal[k] &= np.abs(wanted).max() <= FARTHEST_WISH
         return given.build_time
 
-    def _fall_back(self, outcome: Outcome, k: int, posed: _Posed, answer: BackendAnswer) -> None:
+    def _fall_back(self, outcome: Outcome, k: int, posed: Posed, answer: BackendAnswer) -> None:
         """Let the fallback stand in for decision k.
 
         Raises:
@@ -260,19 +232,19 @@ class BoxDecisions:
         raise BackendFailed(
             f"decision {k}: {self._backend} gave no answer that can be used ({answer.fault.name}); {HOW_TO_FALL_BACK}, "
             "or try another backend on this error's program",
-            nearest_velocity(posed.rows, k, posed.wanted[k]),
+            nearest_velocity(posed.rows, k, posed.given.wanted[k]),
             Status.TIME_LIMIT if answer.fault == Fault.DEADLINE else Status.FAILED,
         ) from answer.cause
 
-    def _finish(self, posed: _Posed, outcome: Outcome) -> npt.NDArray[np.floating]:
+    def _finish(self, posed: Posed, outcome: Outcome) -> npt.NDArray[np.floating]:
         """The last word on each decision, and the check of what executes."""
-        solved = self._box.last_word(outcome.velocity, posed.given.dtype, self._tolerance)
+        solved = self._box.last_word(outcome.velocity, posed.given.action.dtype, self._tolerance)
         is_safe = outcome.case == Case.SAFE
-        action = np.where(is_safe[:, np.newaxis], posed.given, solved)
+        action = np.where(is_safe[:, np.newaxis], posed.given.action, solved)
         outcome.action[:] = action
         outcome.certified[:] = self._keeps_hard_rows(posed.rows, action)
         outcome.violation[:] = _soft_violation(posed.rows, outcome.velocity)
-        outcome.correction[:] = np.linalg.norm(outcome.action - posed.wanted, axis=1)
+        outcome.correction[:] = np.hypot.reduce(outcome.action - posed.given.wanted, axis=1)
         return action
 
     def _keeps_hard_rows(self, rows: HalfSpaces, action: npt.NDArray[np.floating]) -> BoolArray:
@@ -280,7 +252,8 @@ class BoxDecisions:
         executed = action.astype(np.float64)
         worst = np.where(rows.hard, rows.violation(executed), -np.inf).max(axis=1, initial=-np.inf)
         # Rounding each coordinate by half a unit in the last place moves a row by at most that share of the length.
-        rounding = float(np.finfo(action.dtype).eps) * np.linalg.norm(executed, axis=1)
+        share = max(float(np.finfo(action.dtype).eps), ROUNDING)
+        rounding = share * np.hypot.reduce(executed, axis=1)
         keeps: BoolArray = self._box.contains(action) & (worst <= self._tolerance + rounding)
         return keeps
 
@@ -300,42 +273,18 @@ def _require_backend(backend: str, solvers: Solvers, dimension: int) -> None:
         )
 
 
-def _actions(action: npt.ArrayLike, dimension: int) -> npt.NDArray[np.floating]:
-    given = np.asarray(action)
-    if given.shape[1:] != (dimension,) or given.dtype.kind not in "fiu":
-        raise ShapeError(
-            f"action: expected numbers of shape (B, {dimension}), one row a decision, got {given.dtype} of shape "
-            f"{given.shape}"
-        )
-    return np.array(given, dtype=given.dtype if given.dtype in DTYPES else np.float64)
-
-
-def _entries(index: Sequence[int] | IntArray | None, num_decisions: int) -> IntArray:
-    if index is None:
-        return np.arange(num_decisions)
-    entries = np.asarray(index)
-    if entries.shape != (num_decisions,) or entries.dtype.kind not in "iu":
-        raise ShapeError(
-            f"index: expected an integer for each of {num_decisions} actions, got {entries.dtype} of shape "
-            f"{entries.shape}"
-        )
-    if (entries < 0).any():
-        raise OutOfRange(f"index: expected entries from 0 up, got {entries.tolist()}")
-    return entries.astype(np.int64)
-
-
 def _in_unit(rows: HalfSpaces, unit: float) -> HalfSpaces:
     return replace(rows, offsets=rows.offsets / unit)
 
 
-def _safe_outcome(posed: _Posed) -> Outcome:
+def _safe_outcome(posed: Posed) -> Outcome:
     """Columns of a batch in which every action executes as it is."""
-    batch, dimension = posed.wanted.shape
+    batch, dimension = posed.given.wanted.shape
     flags = np.zeros((batch, 5), dtype=np.int8)
     flags[:, 0], flags[:, 3] = Case.SAFE, True
     return Outcome(
         action=np.empty((batch, dimension)),
-        velocity=posed.wanted.copy(),
+        velocity=posed.given.wanted.copy(),
         correction=np.empty(batch),
         violation=np.empty(batch),
         multipliers=np.zeros((batch, dimension)),

@@ -94,7 +94,7 @@ class Decision:
     @property
     def intervened(self) -> BoolArray:
         """Shape (B,): is the executed action another than the policy's?"""
-        return self.correction > 0.0
+        return (self.correction > 0.0) | (self.fault == Fault.ACTION_NOT_FINITE)
 
     @property
     def fault_names(self) -> tuple[str, ...]:

@@ -153,6 +153,7 @@ class RobotDecisions:
         results = Results.empty(len(decision))
         again = _name_columns(results)
         again.velocity[:] = decision.velocity
+        again.case[:] = decision.case
         options = self._options(is_single=decision.action.dtype == np.float32)
         finish_batch(problem, options, results, array, sections)
         targets = self.biased(problem.wanted)

@@ -20,8 +20,6 @@ from safefilter.half_spaces import HalfSpaces
 from safefilter.polish import polish
 from safefilter.programs.least_violation import least_violation
 
-EXACT = Exact()
-
 
 def stand_in(
     rows: HalfSpaces, decision: int, wanted: FloatArray, radius: float, tolerance: float
@@ -39,7 +37,8 @@ def stand_in(
         The answer; `Fault.EMPTY_HARD_SET` with a proof if the hard rows contradict each other by more than the
         tolerance.
     """
-    answer = ask_backend(Solvers(EXACT, EXACT, tolerance), rows, decision, wanted, radius)
+    exact = Exact(tolerance)
+    answer = ask_backend(Solvers(exact, exact, tolerance), rows, decision, wanted, radius)
     if answer.fault == Fault.NONE:
         return answer
     proof = contradiction(rows, decision, radius, tolerance)
@@ -58,7 +57,7 @@ def contradiction(rows: HalfSpaces, decision: int, radius: float, tolerance: flo
     program = least_violation(
         replace(rows, present=rows.present & rows.hard, hard=is_soft), decision
     )
-    solution = polish(program, EXACT.solve(program), tolerance=tolerance)
+    solution = polish(program, Exact(tolerance).solve(program), tolerance=tolerance)
     proof = np.zeros(int(rows.present[decision].sum()))
     if (
         certify(program, solution, tolerance=tolerance, radius=radius)

@@ -63,8 +63,13 @@ class Supervised:
                 f"there ({error}); use a function or class at the top level of a module"
             ) from None
         self._worker = Worker(self._order)
+        self._is_waiting = False
         self._expires = monotonic() + START_SECONDS
-        if not self._worker.is_ready(START_SECONDS):
+        try:
+            is_up = self._worker.is_ready(START_SECONDS)
+        except EOFError:
+            is_up = False
+        if not is_up:
             self._worker.end()
             raise InvalidInput(
                 f"deadline: the process for backend {self.name!r} does not come up; can "
@@ -106,11 +111,20 @@ class Supervised:
             return Solution.without_point(program, Status.TIME_LIMIT, 0.0, 0.0)
         if not self._worker.is_ready(left):
             return Solution.without_point(program, Status.TIME_LIMIT, 0.0, left)
-        return self._worker.ask(program, self._expires)
+        if self._is_waiting:
+            # An exception from outside, such as Ctrl-C, came between the last question and its answer, which would now
+            # be taken for the answer to this one.
+            self._is_waiting = False
+            return None
+        self._is_waiting = True
+        reply = self._worker.ask(program, self._expires)
+        self._is_waiting = False
+        return reply
 
     def _restart(self) -> None:
         self._worker.end()
         self._worker = Worker(self._order)
+        self._is_waiting = False
 
 
 class Worker:
@@ -136,12 +150,13 @@ class Worker:
         self._orders.send_bytes(order)
 
     def is_ready(self, seconds: float) -> bool:
-        """Is the backend made? Waits for it."""
+        """Is the backend made? Waits for it.
+
+        Raises:
+            EOFError: If the child died.
+        """
         if not self._is_ready and self._replies.poll(max(0.0, seconds)):
-            try:
-                self._is_ready = self._replies.recv() == "ready"
-            except EOFError:
-                return False
+            self._is_ready = self._replies.recv() == "ready"
         return self._is_ready
 
     def ask(self, program: ConvexProgram, expires: float) -> Solution | str | None:

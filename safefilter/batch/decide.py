@@ -174,9 +174,7 @@ def finish(
     out.action[k, 0], out.action[k, 1] = action_x, action_y
     moved = max(abs(done_x - out.velocity[k, 0]), abs(done_y - out.velocity[k, 1]))
     out.capped[k] = moved > CUT_ROUNDINGS * rounding
-    out.correction[k] = math.sqrt(
-        (done_x - problem.wanted[k, 0]) ** 2 + (done_y - problem.wanted[k, 1]) ** 2
-    )
+    out.correction[k] = math.hypot(done_x - problem.wanted[k, 0], done_y - problem.wanted[k, 1])
     out.certified[k] = keeps_hard_rows(problem, k, rows, sections, action_x, action_y) and hold(
         rows, sections.num_budgets, sections.num_hard, done_x, done_y, CUT_ROUNDINGS * rounding
     )

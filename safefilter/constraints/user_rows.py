@@ -57,7 +57,7 @@ def user_rows(
         )
     parts = []
     for number, constraint in constraints.items():
-        part = constraint.half_spaces(scene, wanted.copy(), index)
+        part = constraint.half_spaces(scene, wanted.copy(), index.copy())
         if (part.num_decisions, part.dimension) != (batch, 2):
             raise ShapeError(
                 f"{constraint.name}: expected rows for {batch} decisions in 2 dimensions, "

@@ -35,12 +35,19 @@ def chord_velocity(
 
 
 @formula
-def inner_advance(start_cosine: float, start_sine: float, turn_rate: float) -> float:
-    """Advance along e at the instant at which the arc turns away from it, for unit speed.
+def inner_advance_away(start_cosine: float, turned_sine: float, turn_rate: float) -> float:
+    """Advance along e, for unit speed, at the instant at which an arc that turns away from e stops advancing.
 
-    ``start_cosine = e . d_0`` and ``start_sine = e x d_0``. It is (1 - |sin|) / |w|, in the form that loses no digits.
+    It is (1 - turned_sine) / |w|, in the form that loses no digits for turned_sine from 0 up; with
+    ``start_cosine = e . d_0``, and ``turned_sine = e x d_0`` counted in the direction of the turn.
     """
-    return start_cosine * start_cosine / ((1.0 + abs(start_sine)) * abs(turn_rate))
+    return start_cosine * start_cosine / ((1.0 + turned_sine) * abs(turn_rate))
+
+
+@formula
+def inner_advance_through(turned_sine: float, turn_rate: float) -> float:
+    """The same for an arc that first turns towards e, and through it: turned_sine below 0."""
+    return (1.0 - turned_sine) / abs(turn_rate)
 
 
 @formula
@@ -64,5 +71,8 @@ def largest_advance(
     only once, and then the instant of turning away is the largest; otherwise one of the ends is.
     """
     if start_cosine > 0.0 and end_cosine < 0.0:
-        return inner_advance(start_cosine, start_sine, turn_rate)
+        turned_sine = start_sine if turn_rate > 0.0 else -start_sine
+        if turned_sine >= 0.0:
+            return inner_advance_away(start_cosine, turned_sine, turn_rate)
+        return inner_advance_through(turned_sine, turn_rate)
     return max(0.0, end_advance)

@@ -20,6 +20,8 @@ SINGLE_ULP = 2.0**-23
 DOUBLE_ULP = 2.0**-52
 # A shortfall up to this part of the speed limit is rounding and pushed away; a larger one is cut by scaling.
 PUSHED_PART = 1e-6
+# A budget that this part of itself covers the shortfall of is kept by shrinking, which hardly shows.
+SHRUNK_PART = 1e-4
 MAX_PUSHES = 8
 MAX_CUTS = 30
 
@@ -100,8 +102,13 @@ def last_word(
         if worst < 0 or shortfall > PUSHED_PART * limit:
             break
         push = shortfall + 2.0**attempt * ulp * (abs(x) + abs(y))
-        x = cast(x + push * rows[0, worst], is_single)
-        y = cast(y + push * rows[1, worst], is_single)
+        if push <= SHRUNK_PART * -rows[2, worst]:
+            # Shrinking keeps every other budget; a push could break one on the far side, and so on for ever.
+            scale = 1.0 + push / rows[2, worst]
+            x, y = cast(x * scale, is_single), cast(y * scale, is_single)
+        else:
+            x = cast(x + push * rows[0, worst], is_single)
+            y = cast(y + push * rows[1, worst], is_single)
     for attempt in range(MAX_CUTS):
         if keeps_budgets(rows, first, last, limit, x, y):
             return x, y

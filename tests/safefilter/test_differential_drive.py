@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import safefilter as sf
+from safefilter.arrays import FloatArray
+from safefilter.kinematics.arc import chord_velocity
+
+DT, RADIUS = 0.2, 0.105
+DRIVE = sf.DifferentialDrive(0.2, 2.5, DT, tracking_error=0.02)
+SAFETY = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(DT), sf.StaticObstacles(1.0)], DRIVE)
+
+
+def moved(position: FloatArray, heading: FloatArray, command: FloatArray) -> FloatArray:
+    """Positions after a step, from the definition of the arc."""
+    chords = [
+        chord_velocity(float(v), float(w), float(angle), DT)
+        for (v, w), angle in zip(command, heading, strict=True)
+    ]
+    return position + DT * np.array(chords)
+
+
+def test_two_noses_in_contact_part_within_a_few_steps() -> None:
+    position, heading = np.array([[0.0, 0.0], [0.21, 0.0]]), np.array([0.0, math.pi])
+    velocity, goal = np.zeros((2, 2)), np.array([[2.0, 0.0], [-2.0, 0.0]])
+    for _ in range(12):
+        to_goal = goal - position
+        error = np.arctan2(to_goal[:, 1], to_goal[:, 0]) - heading
+        error = (error + math.pi) % (2.0 * math.pi) - math.pi
+        command = np.stack([np.full(2, 0.2), np.clip(error / DT, -2.5, 2.5)], axis=1)
+        scene = sf.Scene.from_world(position, velocity, RADIUS, heading=heading)
+        done = SAFETY.decide(scene, command).action
+        after = moved(position, heading, done)
+        velocity, position, heading = (after - position) / DT, after, heading + DT * done[:, 1]
+    assert np.hypot(*(position[1] - position[0])) > 0.25
+    assert position[0, 0] > 0.1  # and they are past each other's start
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_lone_robot_in_the_open_is_never_corrected(dtype: type[np.floating]) -> None:
+    rng = np.random.default_rng(0)
+    command = np.stack([rng.uniform(0, 0.2, 500), rng.uniform(-2.5, 2.5, 500)], axis=1)
+    command[:4] = [[0.2, 2.5], [0.2, -2.5], [0.0, 0.0], [0.2, 0.0]]
+    for row in command.astype(dtype):
+        scene = sf.Scene.from_world([[0, 0]], [[0, 0]], RADIUS, heading=[rng.uniform(-3, 3)])
+        decision = SAFETY.decide(scene, row[None])
+        assert decision.action.tobytes() == row.tobytes()
+        assert decision.case[0] == sf.Case.SAFE
+
+
+def test_what_executes_stays_within_the_limits_of_the_drive() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        position = rng.uniform(-0.6, 0.6, (8, 2))
+        scene = sf.Scene.from_world(
+            position, rng.uniform(-0.2, 0.2, (8, 2)), 0.05, heading=rng.uniform(-3, 3, 8)
+        )
+        wild = rng.normal(0.0, 3.0, (8, 2))
+        decision = SAFETY.decide(scene, wild)
+        assert decision.certified.all()
+        assert (decision.action[:, 0] >= 0.0).all()
+        assert (decision.action[:, 0] <= 0.2 * (1 + 1e-6)).all()
+        assert (np.abs(decision.action[:, 1]) <= 2.5 * (1 + 1e-6)).all()
+
+
+def test_a_wish_that_is_not_finite_stands_still() -> None:
+    scene = sf.Scene.from_world([[0, 0]], [[0, 0]], RADIUS, heading=[0.0])
+    decision = SAFETY.decide(scene, [[math.nan, 1.0]])
+    np.testing.assert_array_equal(decision.action, [[0.0, 0.0]])
+    assert decision.fault_names == ("ACTION_NOT_FINITE",)
+    assert decision.certified.all()
+
+
+def test_decisions_certify_exactly() -> None:
+    rng = np.random.default_rng(2)
+    position = rng.uniform(-0.5, 0.5, (10, 2))
+    scene = sf.Scene.from_world(
+        position, rng.uniform(-0.2, 0.2, (10, 2)), 0.08, heading=rng.uniform(-3, 3, 10)
+    )
+    command = np.stack([np.full(10, 0.2), rng.uniform(-2.5, 2.5, 10)], axis=1)
+    decision = SAFETY.decide(scene, command)
+    assert all(SAFETY.certify(scene, command, decision, exact=True))
+
+
+def test_a_scene_without_headings_is_refused() -> None:
+    scene = sf.Scene.from_world([[0, 0]], [[0, 0]], RADIUS)
+    with pytest.raises(ValueError, match="a differential drive needs headings: pass heading="):
+        SAFETY.decide(scene, [[0.1, 0.0]])
+
+
+def test_settings_that_cannot_be_used_are_refused() -> None:
+    with pytest.raises(ValueError, match="is half a turn or more in one step"):
+        sf.DifferentialDrive(0.2, 16.0, 0.2, 0.02)
+    with pytest.raises(ValueError, match=r"turn_time: expected at least dt = 0.2 s, got 0.1"):
+        sf.DifferentialDrive(0.2, 2.5, 0.2, 0.02, 0.1)
+    with pytest.raises(ValueError, match="mapping: expected one of cut, polygon, got 'hull'"):
+        sf.DifferentialDrive(0.2, 2.5, 0.2, 0.02, mapping="hull")  # type: ignore[arg-type]  # the point
+    with pytest.raises(ValueError, match="takes one v_max for all robots"):
+        sf.DifferentialDrive([0.2, 0.1], 2.5, 0.2, 0.02, mapping="polygon")

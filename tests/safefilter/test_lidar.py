@@ -1,0 +1,190 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import safefilter as sf
+from safefilter.arrays import FloatArray
+
+BEAMS = 360
+CENTRE, HEADING = np.zeros((1, 2)), np.zeros(1)
+SINGLE, WORLD = np.full(1, 0.1), np.zeros(1, dtype=np.int64)
+
+
+def cast_rays(segments: FloatArray, angles: FloatArray) -> FloatArray:
+    """Distance from the origin to the first of the segments, shape (S, 2, 2), along each angle."""
+    direction = np.stack([np.cos(angles), np.sin(angles)], axis=1)[:, None]
+    start, along = segments[None, :, 0], segments[None, :, 1] - segments[None, :, 0]
+    cross = direction[..., 0] * along[..., 1] - direction[..., 1] * along[..., 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = (start[..., 0] * along[..., 1] - start[..., 1] * along[..., 0]) / cross
+        part = (start[..., 0] * direction[..., 1] - start[..., 1] * direction[..., 0]) / cross
+    return np.where((far > 0) & (part >= 0) & (part <= 1), far, np.inf).min(axis=1)
+
+
+def distances(segments: FloatArray, points: FloatArray) -> FloatArray:
+    """Distance of points, shape (P, 2), to the nearest of the segments."""
+    start, along = segments[None, :, 0], segments[None, :, 1] - segments[None, :, 0]
+    offset = points[:, None] - start
+    part = np.clip((offset * along).sum(2) / (along**2).sum(2), 0.0, 1.0)
+    gap: FloatArray = np.sqrt(((offset - part[..., None] * along) ** 2).sum(2)).min(axis=1)
+    return gap
+
+
+def allowed_reach(walls: FloatArray, radius: float, direction: FloatArray) -> FloatArray:
+    """How far a robot at the origin may go along directions, shape (P, 2), if it keeps every budget; at most 0.25 m."""
+    start, along = walls[:, :2], walls[:, 2:4] - walls[:, :2]
+    length = (along**2).sum(1)
+    part = np.where(length > 0, -(start * along).sum(1) / np.where(length > 0, length, 1), 0)
+    closest = start + np.clip(part, 0.0, 1.0)[:, None] * along
+    distance = np.sqrt((closest**2).sum(1))
+    budget = np.maximum(0.0, distance - radius - walls[:, 4] - 1e-6)
+    towards = direction @ (closest / distance[:, None]).T
+    ahead = towards > 1e-12
+    return np.minimum(0.25, np.where(ahead, budget / np.where(ahead, towards, 1), np.inf).min(1))
+
+
+def random_shape(rng: np.random.Generator, corner_angle: float) -> FloatArray:
+    """A rectangle, a triangle with no sharper corner, or an L, at a random pose near the origin."""
+    kind = rng.integers(3 if corner_angle < math.pi / 3 else 2)
+    if kind == 0:
+        w, h = rng.uniform(0.03, 0.6, 2) / 2
+        corners = np.array([[-w, -h], [w, -h], [w, h], [-w, h]])
+    elif kind == 2:
+        half = math.pi / 6  # equilateral: no other triangle has all corners this blunt
+        side = rng.uniform(0.1, 0.5)
+        corners = side * np.array([
+            [0, 0],
+            [math.cos(half), -math.sin(half)],
+            [math.cos(half), math.sin(half)],
+        ])
+    else:
+        w, length = rng.uniform(0.03, 0.2), rng.uniform(0.25, 0.6)
+        corners = np.array([[0, 0], [length, 0], [length, w], [w, w], [w, length], [0, length]])
+    turn = rng.uniform(0, 2 * math.pi)
+    c, s = math.cos(turn), math.sin(turn)
+    moved: FloatArray = corners @ np.array([[c, s], [-s, c]]) + rng.uniform(-0.7, 0.7, 2)
+    return moved
+
+
+def is_inside(corners: FloatArray) -> bool:
+    """Does the outline hold the origin?"""
+    after = np.roll(corners, -1, axis=0)
+    crosses = (corners[:, 1] > 0) != (after[:, 1] > 0)
+    slope = (after[:, 0] - corners[:, 0]) / np.where(crosses, after[:, 1] - corners[:, 1], 1.0)
+    return bool((crosses & (corners[:, 0] - corners[:, 1] * slope > 0)).sum() % 2)
+
+
+def outline(corners: FloatArray) -> FloatArray:
+    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+
+
+def random_scans(seed: int, number: int) -> Iterator[tuple[FloatArray, FloatArray, float]]:
+    """Walls that meet the assumption, the walls that a scan makes of them, and a robot's radius."""
+    rng, made = np.random.default_rng(seed), 0
+    while made < number:
+        corner_angle = float(rng.choice([math.pi / 2, math.pi / 3])) - 1e-3
+        shapes = [random_shape(rng, corner_angle) for _ in range(rng.integers(1, 4))]
+        segments = np.concatenate([outline(shape) for shape in shapes])
+        radius = float(rng.uniform(0.02, 0.15))
+        gap = float(distances(segments, CENTRE)[0])
+        if gap < radius + 0.02 or any(is_inside(shape) for shape in shapes):
+            continue
+        first = float(rng.uniform(0, 2 * math.pi))
+        ranges = cast_rays(segments, first + np.arange(BEAMS) * 2 * math.pi / BEAMS)
+        scan = sf.Lidar.scan(ranges[None], corner_angle=corner_angle)
+        walls, _ = scan.walls(CENTRE, np.array([first]), SINGLE, WORLD)
+        made += 1
+        yield segments, walls, radius
+
+
+def check_margins(seed: int, number: int) -> None:
+    angle = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
+    direction = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    for segments, walls, radius in random_scans(seed, number):
+        reach = allowed_reach(walls, radius, direction)
+        assert distances(segments, reach[:, None] * direction).min() >= radius
+
+
+def test_no_wall_that_meets_the_assumption_is_touched() -> None:
+    check_margins(0, 200)
+
+
+@pytest.mark.stress
+def test_no_wall_is_touched_on_a_hundred_thousand_ways_to_go() -> None:
+    check_margins(1, 4200)
+
+
+def test_the_margin_is_what_the_formula_says() -> None:
+    scan = sf.Lidar.scan(np.ones((1, BEAMS)), corner_angle=math.pi / 6)
+    step = 2 * math.pi / BEAMS
+    expected = 0.2 * (math.tan(step / 2) / math.tan(math.pi / 12) + step**2)
+    assert scan.margin(np.array([0.2]))[0] == pytest.approx(expected)
+    assert 0.0065 < expected < 0.0067
+
+
+def test_a_wall_end_of_no_thickness_breaks_the_assumption_and_is_hit() -> None:
+    # A blade that points at the robot right between two beams: no beam sees it, so no row can stop the robot.
+    step = 2 * math.pi / BEAMS
+    tip = np.array([math.cos(step / 2), math.sin(step / 2)])
+    blade = np.stack([0.15 * tip, 3.0 * tip])[None]
+    far = outline(np.array([[4.0, -4.0], [4.0, 4.0], [-4.0, 4.0], [-4.0, -4.0]]))
+    ranges = cast_rays(np.concatenate([blade, far]), np.arange(BEAMS) * step)
+    walls, _ = sf.Lidar.scan(ranges[None]).walls(CENTRE, HEADING, SINGLE, WORLD)
+    reach = allowed_reach(walls, 0.1, tip[None])
+    assert distances(blade, reach[:, None] * tip)[0] < 0.1
+    scan = sf.Lidar.scan(np.ones((1, BEAMS)))
+    assert scan.least_thickness(0.15) > 0.003  # the assumption would have asked for 3.7 mm
+
+
+def test_beams_that_hit_robots_are_masked() -> None:
+    ranges = np.full((2, BEAMS), np.inf)
+    ranges[0, 0], ranges[0, 90] = 0.4, 0.7
+    scan = sf.Lidar.scan(ranges)
+    position = np.array([[0.0, 0.0], [0.5, 0.0]])
+    walls, start = scan.walls(position, np.zeros(2), np.full(2, 0.1), np.zeros(2, dtype=np.int64))
+    assert start.tolist() == [0, 1, 1]
+    np.testing.assert_allclose(walls[0, :4], [0.0, 0.7, 0.0, 0.7], atol=1e-12)
+
+
+def test_a_scene_from_a_scan_keeps_a_robot_off_the_wall() -> None:
+    box = outline(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
+    safety = sf.SafetyFilter([sf.Separation(0.2)], sf.Holonomic(0.5))
+    position = np.zeros((1, 2))
+    for _ in range(25):
+        ranges = cast_rays(box - position[0], np.arange(BEAMS) * 2 * math.pi / BEAMS)
+        scan = sf.Lidar.scan(ranges[None])
+        scene = sf.Scene.from_world(position, [[0, 0]], 0.1, heading=[0.0], lidar=scan)
+        position = position + 0.2 * safety.decide(scene, [[0.4, 0.3]]).action
+        assert distances(box, position)[0] >= 0.1
+    assert position[0].max() > 0.8
+
+
+@pytest.mark.parametrize(
+    ("ranges", "settings", "message"),
+    [
+        (np.ones((1, 3)), {}, r"ranges: expected shape \(N, K\) with at least 16 beams"),
+        (
+            -np.ones((1, 16)),
+            {},
+            "ranges of robot 0: expected distances from 0 up, got -1.0 at beam 0",
+        ),
+        (np.ones((1, 16)), {"corner_angle": 4.0}, "corner_angle: expected up to half a turn"),
+    ],
+)
+def test_scans_that_cannot_be_used_are_refused(
+    ranges: FloatArray, settings: dict[str, float], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        sf.Lidar.scan(ranges, **settings)
+
+
+def test_scans_of_other_robots_and_scans_without_headings_are_refused() -> None:
+    scan = sf.Lidar.scan(np.ones((2, 16)))
+    with pytest.raises(ValueError, match="scans of 2 robots, but the scene has 1"):
+        sf.Scene.from_world([[0, 0]], [[0, 0]], 0.1, heading=[0.0], lidar=scan)
+    with pytest.raises(ValueError, match="scans need heading= as well"):
+        sf.Scene.from_world([[0, 0]], [[0, 0]], 0.1, lidar=scan)
