@@ -94,7 +94,8 @@ class Decision:
     @property
     def intervened(self) -> BoolArray:
         """Shape (B,): is the executed action another than the policy's?"""
-        return (self.correction > 0.0) | (self.fault == Fault.ACTION_NOT_FINITE)
+        changed: BoolArray = (self.correction > 0.0) | (self.fault == Fault.ACTION_NOT_FINITE)
+        return changed
 
     @property
     def fault_names(self) -> tuple[str, ...]:

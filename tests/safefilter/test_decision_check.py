@@ -10,8 +10,8 @@ from safefilter.decision_check import check_decision, refused
 
 SAFETY = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(0.2)], sf.Holonomic(0.2))
 SCENE = sf.Scene.from_world(
-    [[0, 0], [0.3, 0.05], [-0.28, 0.1], [0.05, -0.3], [0.02, 0.32], [3.0, 3.0]],
-    [[0.05, 0], [-0.2, 0], [0.2, -0.02], [0, 0.2], [0, -0.2], [0, 0]],
+    [[0.0, 0.0], [0.3, 0.05], [-0.28, 0.1], [0.05, -0.3], [0.02, 0.32], [3.0, 3.0]],
+    [[0.05, 0.0], [-0.2, 0.0], [0.2, -0.02], [0.0, 0.2], [0.0, -0.2], [0.0, 0.0]],
     0.105,
 )
 WANTED = np.full((6, 2), 0.1)

@@ -33,7 +33,7 @@ def test_two_noses_in_contact_part_within_a_few_steps() -> None:
         command = np.stack([np.full(2, 0.2), np.clip(error / DT, -2.5, 2.5)], axis=1)
         scene = sf.Scene.from_world(position, velocity, RADIUS, heading=heading)
         done = SAFETY.decide(scene, command).action
-        after = moved(position, heading, done)
+        after = moved(position, heading, done.astype(np.float64))
         velocity, position, heading = (after - position) / DT, after, heading + DT * done[:, 1]
     assert np.hypot(*(position[1] - position[0])) > 0.25
     assert position[0, 0] > 0.1  # and they are past each other's start

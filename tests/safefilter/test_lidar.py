@@ -22,7 +22,9 @@ def cast_rays(segments: FloatArray, angles: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         far = (start[..., 0] * along[..., 1] - start[..., 1] * along[..., 0]) / cross
         part = (start[..., 0] * direction[..., 1] - start[..., 1] * direction[..., 0]) / cross
-    return np.where((far > 0) & (part >= 0) & (part <= 1), far, np.inf).min(axis=1)
+    hits = (far > 0) & (part >= 0) & (part <= 1)
+    ranges: FloatArray = np.where(hits, far, np.inf).min(axis=1)
+    return ranges
 
 
 def distances(segments: FloatArray, points: FloatArray) -> FloatArray:
@@ -44,7 +46,10 @@ def allowed_reach(walls: FloatArray, radius: float, direction: FloatArray) -> Fl
     budget = np.maximum(0.0, distance - radius - walls[:, 4] - 1e-6)
     towards = direction @ (closest / distance[:, None]).T
     ahead = towards > 1e-12
-    return np.minimum(0.25, np.where(ahead, budget / np.where(ahead, towards, 1), np.inf).min(1))
+    reach: FloatArray = np.minimum(
+        0.25, np.where(ahead, budget / np.where(ahead, towards, 1), np.inf).min(1)
+    )
+    return reach
 
 
 def random_shape(rng: np.random.Generator, corner_angle: float) -> FloatArray:
@@ -132,7 +137,7 @@ def test_a_wall_end_of_no_thickness_breaks_the_assumption_and_is_hit() -> None:
     tip = np.array([math.cos(step / 2), math.sin(step / 2)])
     blade = np.stack([0.15 * tip, 3.0 * tip])[None]
     far = outline(np.array([[4.0, -4.0], [4.0, 4.0], [-4.0, 4.0], [-4.0, -4.0]]))
-    ranges = cast_rays(np.concatenate([blade, far]), np.arange(BEAMS) * step)
+    ranges = cast_rays(np.concatenate([blade, far]), np.arange(BEAMS, dtype=np.float64) * step)
     walls, _ = sf.Lidar.scan(ranges[None]).walls(CENTRE, HEADING, SINGLE, WORLD)
     reach = allowed_reach(walls, 0.1, tip[None])
     assert distances(blade, reach[:, None] * tip)[0] < 0.1

@@ -12,7 +12,8 @@ from safefilter.plotting import clipped, velocity_obstacle_outline, velocity_spa
 
 mpl.use("Agg")
 SAFETY = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(0.2)], sf.Holonomic(0.2))
-SCENES = {
+Vectors = list[list[float]]
+SCENES: dict[int, tuple[Vectors, Vectors, list[float]]] = {
     1: ([[0, 0], [1.2, 0.1]], [[0.2, 0], [-0.1, 0]], [0.2, 0.0]),
     2: ([[0, 0], [0.55, 0.05]], [[0.2, 0], [-0.2, 0]], [0.19, 0.0]),
     3: (
@@ -37,7 +38,9 @@ def test_each_case_is_drawn_with_its_rows_and_arrows(case: int) -> None:
     assert decision.case[0] == case
     axes = velocity_space(SAFETY, scene, [wanted], decision, time_horizon=2.0)
     assert f"Case-{case}" in axes.get_title()
-    named = {text.get_text() for text in axes.get_legend().get_texts()}
+    legend = axes.get_legend()
+    assert legend is not None
+    named = {text.get_text() for text in legend.get_texts()}
     assert {"allowed", "wanted", "chosen", "velocity obstacle"} <= named
     assert ("least violation" in named) == (case == 3)
     if case > 1:

@@ -42,6 +42,6 @@ def test_neither_is_an_error_that_says_what_to_do() -> None:
 
 
 def test_what_is_no_scene_is_refused() -> None:
-    source = SceneSource(WithScene(), lambda *_: {"position": [0, 0]})  # type: ignore[arg-type]  # wrong on purpose
+    source = SceneSource(WithScene(), lambda *_: {"position": [0, 0]})
     with pytest.raises(SceneUnavailable, match=r"expected a safefilter\.Scene, got dict"):
         source({}, {})

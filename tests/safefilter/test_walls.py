@@ -80,7 +80,7 @@ def test_rows_say_which_wall_they_are_against() -> None:
     safety = sf.SafetyFilter([sf.Separation(0.2), sf.StaticObstacles(1.0)], sf.Holonomic(0.2))
     walls = [[[9.0, -5.0], [9.0, 5.0]], [[0.12, -5.0], [0.12, 5.0]]]
     rows = safety.half_spaces(sf.Scene.from_world([[0, 0]], [[0, 0]], 0.1, walls=walls), [[0, 0]])
-    named = [rows.describe(0, m) for m in np.flatnonzero(rows.present[0])]
+    named = [rows.describe(0, int(m)) for m in np.flatnonzero(rows.present[0])]
     assert {name for name in named if "allowed" not in name} == {
         "wall_separation 1",
         "static_obstacles 1",
