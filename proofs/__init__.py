@@ -1,1 +1,0 @@
-"""Machine-checked lemmas about the formulas that `safefilter` ships; run them with ``python -m proofs``."""
