@@ -14,7 +14,7 @@ from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.priority_orca import Leg, PriorityORCA, SlackRule, VOpt
 from safefilter.constraints.separation import Separation
 from safefilter.kinematics.holonomic import Holonomic
-from safefilter.safety_filter import SafetyFilter
+from safefilter.safety_filter import TOLERANCE, SafetyFilter
 from safefilter.scene import Scene
 from safefilter.testing.crowds import random_crowd
 from safefilter.testing.policies import GoalSeeking, Mixed, Policy, Ramming, UniformRandom
@@ -33,6 +33,9 @@ PASSIVE_SPEED = 0.3
 MOST_ROBOTS, LEAST_ROBOTS = 1000, 10
 MOST_STEPS, LEAST_STEPS = 25, 10
 LONG_RUN = 100_000
+# Solvers that take 79 ms a decision for the accuracy of the others take 6 ms for this one, in m/s; what they find is
+# polished, and nothing that holds for the filter depends on it.
+SLOW_BACKENDS = {"qpsolvers:scs": 1e-5, "cvxpy:SCS": 1e-5}
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +66,11 @@ class Setting:
         if has_separation:
             constraints.append(Separation(DT, passive_speed=self.trial.passive_speed))
         return SafetyFilter(
-            constraints, Holonomic(self.trial.v_max), backend=backend, right_bias=self.right_bias
+            constraints,
+            Holonomic(self.trial.v_max),
+            backend=backend,
+            tolerance=SLOW_BACKENDS.get(backend, TOLERANCE),
+            right_bias=self.right_bias,
         )
 
 

@@ -143,7 +143,9 @@ def test_backends_find_the_same_case_and_velocity(
         for scene, wanted in situations(name):
             exact, found = planar.decide(scene, wanted), other.decide(scene, wanted)
             assert found.certified.all()
-            assert (found.case == exact.case).all()
+            # On the margin, t* of the tolerance itself, an answer within the tolerance may fall on either side.
+            is_marginal = np.maximum(found.violation, exact.violation) <= 3.0 * TOLERANCE
+            assert ((found.case == exact.case) | is_marginal).all()
             is_open = exact.case != sf.Case.SAFE
             is_own = is_open & (found.fault == sf.Fault.NONE)
             off_by = np.abs(found.velocity - exact.velocity).max(axis=1)
