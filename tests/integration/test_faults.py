@@ -77,7 +77,7 @@ def test_a_fault_is_named_and_nobody_collides(name: str) -> None:
     assert found.keys() & BLAME[name]
 
 
-@pytest.mark.parametrize("name", MENDED)
+@pytest.mark.parametrize("name", sorted(MENDED))
 def test_a_wrong_answer_is_mended_or_named_and_nobody_collides(name: str) -> None:
     trial = crowd()
     assert_collision_free(filter_of(trial, name), trial)
