@@ -38,6 +38,8 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "safefilter/constraints/constraint.py": "test_user_rows",
     "safefilter/constraints/scene_arrays.py": "test_separation",
     "safefilter/robot_decisions.py": "test_safety_filter",
+    "safefilter/testing/known_programs.py": "test_backend_contract",
+    "safefilter/testing/program_strategies.py": "test_certificate",
     "safefilter/batch/decide.py": "test_safety_filter_batch",
     "safefilter/batch/program.py": "test_safety_filter_batch",
     "safefilter/batch/records.py": "test_safety_filter_batch",

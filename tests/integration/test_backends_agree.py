@@ -34,7 +34,7 @@ LEAST_ANSWERED = {
     "qpsolvers:osqp": 0.9,
     "osqp": 0.9,
 }
-OTHERS_LEAST_ANSWERED = 0.98
+OTHERS_LEAST_ANSWERED = 0.95
 
 
 class Course(NamedTuple):
@@ -58,7 +58,7 @@ def head_on() -> Course:
     middle = np.stack([zero, lane + offset], axis=1)
     right = np.stack([zero + 0.45, lane], axis=1)
     goal = [right, middle - [0.9, 0.0], left]
-    return Course(np.concatenate([left, middle, right]), np.concatenate(goal), 4)
+    return Course(np.concatenate([left, middle, right]), np.concatenate(goal), 3)
 
 
 def crossroad() -> Course:
