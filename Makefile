@@ -23,9 +23,8 @@ help: ## List these targets
 demo: $(VENV)/demo-installed ## Robots cross an intersection, filter off and on: a table, and pictures in out/demo/
 	$(BIN)/python -m policies.demo
 
-test: check ## Everything that must pass: check, all tests, coverage
+test: check ## Everything that must pass: check, all tests
 	$(PYTEST)
-	$(MAKE) --no-print-directory coverage
 
 check: $(VENV)/dev-installed ## Style, formatting, types, and who may import whom
 	$(BIN)/python -m ruff check .

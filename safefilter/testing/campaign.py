@@ -34,7 +34,7 @@ MOST_ROBOTS, LEAST_ROBOTS = 1000, 10
 MOST_STEPS, LEAST_STEPS = 25, 10
 LONG_RUN = 100_000
 # Solvers that take 79 ms a decision for the accuracy of the others take 6 ms for this one, in m/s; what they find is
-# polished, and nothing that holds for the filter depends on it.
+# polished, and no guarantee depends on it.
 SLOW_BACKENDS = {"qpsolvers:scs": 1e-5, "cvxpy:SCS": 1e-5}
 
 
