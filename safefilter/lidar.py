@@ -13,7 +13,11 @@ between the beams at the nearer return's range r. Along the direction to the clo
 
 A wall end of no thickness can stick out between two beams without any bound: that is why the thickness is stated.
 
-Beams that hit another robot are masked: that robot's own rows hold the way to whatever is behind it.
+Returns from another robot j are masked, and so are returns near its rim that j's own row holds: that row lets the disc
+of the robot get no further along the direction e to j than j's near side, so that whatever lies beyond the line there
+across e needs no row. A return that lies before it is a wall in front of j, however near to j, and is kept. Between a
+masked return and one that is not, the part of the segment before that line is kept. Behind j nothing is seen, but all
+of it lies beyond the line.
 """
 
 from __future__ import annotations
@@ -24,12 +28,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array, frozen, positive_number
+from safefilter.arrays import FloatArray, IntArray, finite_array, frozen, positive_number
 from safefilter.errors import OutOfRange, ShapeError
+from safefilter.jit import formula, kernel
 
 RIGHT_ANGLE = 0.5 * math.pi
-# A return this close to a known robot's rim is that robot's: sensor and pose noise of a few centimetres.
+# A return this close to a known robot's rim may be that robot's: sensor and pose noise of a few centimetres, in m.
 MASK_MARGIN = 0.03
+# A return this close to it is that robot's: ranges may come in single precision, in m.
+RIM_TOLERANCE = 1e-6
 FEWEST_BEAMS = 16
 
 
@@ -115,33 +122,126 @@ class Lidar:
             raise ShapeError(
                 f"lidar: scans of {len(self.ranges)} robots, but the scene has {len(position)}"
             )
-        parts = []
-        start = np.zeros(len(position) + 1, dtype=np.int64)
-        for i in range(len(position)):
-            direction = heading[i] + self.angles
-            unit = np.stack([np.cos(direction), np.sin(direction)], axis=1)
-            is_hit = np.isfinite(self.ranges[i])
-            distance = np.where(is_hit, self.ranges[i], 0.0)
-            point = position[i] + distance[:, None] * unit
-            others = (world == world[i]) & (np.arange(len(position)) != i)
-            is_hit &= ~_on_robots(point, position[others], radius[others])
-            parts.append(self._joined(point, distance, is_hit))
-            start[i + 1] = start[i] + len(parts[-1])
-        return (np.concatenate(parts) if parts else np.empty((0, 5))), start
-
-    def _joined(self, point: FloatArray, distance: FloatArray, is_hit: BoolArray) -> FloatArray:
-        """Segments between adjacent returns; a return whose next beam has none stays a point."""
-        after = np.roll(np.arange(len(point)), -1)
-        has_next = is_hit & is_hit[after]
-        end = np.where(has_next[:, None], point[after], point)
-        nearer = np.where(has_next, np.minimum(distance, distance[after]), distance)
-        segments = np.column_stack([point, end, self.margin(nearer)])
-        return segments[is_hit]
+        spacing_margin = float(self.margin(np.ones(1))[0])
+        return scan_walls(
+            self.ranges, self.angles, position, heading, radius, world, spacing_margin
+        )
 
 
-def _on_robots(point: FloatArray, position: FloatArray, radius: FloatArray) -> BoolArray:
-    """Which points lie within a robot, or on its rim."""
-    offset = point[:, None] - position[None]
-    distance = np.sqrt((offset**2).sum(axis=2))
-    is_on: BoolArray = (distance <= radius + MASK_MARGIN).any(axis=1)
-    return is_on
+@formula
+def is_masked(
+    x: float, y: float, c_x: float, c_y: float, other_radius: float, margin: float
+) -> bool:
+    """Is a return a robot's own, or near to it and held by its row? All as seen from the robot that scans.
+
+    Args:
+        x: Return, in m.
+        y: Return, in m.
+        c_x: Centre of the other robot, in m.
+        c_y: Centre of the other robot, in m.
+        other_radius: Its radius, in m.
+        margin: How far a wall may stick out beside the return, in m.
+    """
+    off_rim = math.hypot(x - c_x, y - c_y) - other_radius
+    if abs(off_rim) <= RIM_TOLERANCE:
+        return True
+    distance = math.hypot(c_x, c_y)
+    return off_rim <= MASK_MARGIN and x * c_x + y * c_y >= distance * (
+        distance - other_radius + margin
+    )
+
+
+@formula
+def exposed(
+    first: float, last: float, start: float, end: float, limit: float
+) -> tuple[float, float]:
+    """Part of [first, last] in which ``start + s (end - start)`` lies below a limit; first above last if there is none."""
+    if start >= limit and end >= limit:
+        return 1.0, 0.0
+    if start < limit and end < limit:
+        return first, last
+    crossing = (limit - start) / (end - start)
+    if start < limit:
+        return first, min(last, crossing)
+    return max(first, crossing), last
+
+
+@formula
+def exposed_part(
+    first: float,
+    last: float,
+    point: FloatArray,
+    k: int,
+    after: int,
+    c_x: float,
+    c_y: float,
+    other_radius: float,
+    margin: float,
+) -> tuple[float, float]:
+    """Part of the segment from return k to return ``after`` that lies before the near side of another robot."""
+    distance = math.hypot(c_x, c_y)
+    start = point[k, 0] * c_x + point[k, 1] * c_y
+    end = point[after, 0] * c_x + point[after, 1] * c_y
+    return exposed(first, last, start, end, distance * (distance - other_radius + margin))
+
+
+@kernel
+def scan_walls(
+    ranges: FloatArray,
+    angles: FloatArray,
+    position: FloatArray,
+    heading: FloatArray,
+    radius: FloatArray,
+    world: IntArray,
+    spacing_margin: float,
+) -> tuple[FloatArray, IntArray]:
+    """Turn scans into walls; see `Lidar.walls`. ``spacing_margin`` is the margin at a distance of 1 m."""
+    num_robots, num_beams = ranges.shape
+    walls = np.empty((num_robots * num_beams, 5))
+    begin = np.zeros(num_robots + 1, dtype=np.int64)
+    # Returns as seen from the robot that scans, and who masks them.
+    point, masker = np.empty((num_beams, 2)), np.empty(num_beams, dtype=np.int64)
+    count = 0
+    for i in range(num_robots):
+        for k in range(num_beams):
+            direction, distance = heading[i] + angles[k], ranges[i, k]
+            point[k, 0], point[k, 1] = (
+                distance * math.cos(direction),
+                distance * math.sin(direction),
+            )
+            masker[k] = -1
+        for j in range(num_robots):
+            if j == i or world[j] != world[i]:
+                continue
+            c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+            for k in range(num_beams):
+                if math.isfinite(ranges[i, k]) and is_masked(
+                    point[k, 0], point[k, 1], c_x, c_y, radius[j], spacing_margin * ranges[i, k]
+                ):
+                    masker[k] = j
+        for k in range(num_beams):
+            if not math.isfinite(ranges[i, k]):
+                continue
+            after = (k + 1) % num_beams
+            # A return whose next beam has none stays a point.
+            after = after if math.isfinite(ranges[i, after]) else k
+            if masker[k] >= 0 and masker[k] == masker[after]:
+                continue
+            margin = spacing_margin * min(ranges[i, k], ranges[i, after])
+            first, last = 0.0, 1.0
+            for j in (masker[k], masker[after]):
+                if j >= 0:
+                    c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+                    first, last = exposed_part(
+                        first, last, point, k, after, c_x, c_y, radius[j], margin
+                    )
+            if first > last:
+                continue
+            for axis in range(2):
+                way = point[after, axis] - point[k, axis]
+                walls[count, axis] = position[i, axis] + point[k, axis] + first * way
+                walls[count, 2 + axis] = position[i, axis] + point[k, axis] + last * way
+            walls[count, 4] = margin
+            count += 1
+        begin[i + 1] = count
+    return walls[:count].copy(), begin
