@@ -1,23 +1,27 @@
-"""Walls from a laser scan alone: segments between adjacent returns, and what can hide between two beams.
+"""Walls from a laser scan alone: what can be in each gap between two beams, and how near.
 
 Letters: N robots, K beams, Delta the angle between two beams. m, rad.
 
-Beams are cast from the robot's centre. Two adjacent returns A and B are joined, whatever the jump between them: across
-a jump the segment is nearly radial, so that its closest point is the nearer return, and the doorway beside it stays
-open. A corner C of a wall may stick out between the beams towards the robot. Let every convex corner be at least the
-*corner angle* a, and each of its two faces at least the *thickness* long, enough to be hit by a beam: longer than
-``2 r sin(Delta / 2) / sin(a / 2)`` at range r. Then one face crosses each beam, or both cross the same one, and of all
-such wedges the symmetric one sticks out most: by ``w / (2 tan(a / 2))``, where ``w = 2 r tan(Delta / 2)`` is the width
-between the beams at the nearer return's range r. Along the direction to the closest point that is at most
-``r (tan(Delta / 2) / tan(a / 2) + Delta^2)``: the second part is what the direction can differ by within one gap.
+Beams are cast from the robot's centre. In the gap between two adjacent returns A and B there is wall, as near as the
+nearer of them: that joins them, whatever the jump, and leaves the doorway beside a jump open. A corner C of a wall may
+stick out between the beams towards the robot. Let every convex corner be at least the *corner angle* a, and each of its
+two faces at least the *thickness* long, enough to be hit by a beam: longer than ``2 r sin(Delta / 2) / sin(a / 2)`` at
+range r. Then one face crosses each beam, or both cross the same one, and of all such wedges the symmetric one sticks
+out most: by ``w / (2 tan(a / 2))``, where ``w = 2 r tan(Delta / 2)`` is the width between the beams at the nearer
+return's range r. With what a chord between equal ranges is nearer than its ends, that is a margin of at most
+``r (tan(Delta / 2) / tan(a / 2) + Delta^2)``. A wall end of no thickness can stick out between two beams without any
+bound: that is why the thickness is stated.
 
-A wall end of no thickness can stick out between two beams without any bound: that is why the thickness is stated.
+So whatever is in the gap lies at the range ``r - margin`` or further, in some direction between the two beams. It is
+written as one point on each of the two beams, at range r and with that margin. A robot that keeps the budgets of both
+keeps that of every direction in between, because that direction is a sum of theirs with positive factors. (One row a
+gap, towards the closest point of the segment AB, is not enough: a robot nearer to a corner than the margin could slide
+into it across that row, by some micrometres.)
 
 Returns from another robot j are masked, and so are returns near its rim that j's own row holds: that row lets the disc
 of the robot get no further along the direction e to j than j's near side, so that whatever lies beyond the line there
-across e needs no row. A return that lies before it is a wall in front of j, however near to j, and is kept. Between a
-masked return and one that is not, the part of the segment before that line is kept. Behind j nothing is seen, but all
-of it lies beyond the line.
+across e needs no row. A return that lies before it is a wall in front of j, however near to j, and is kept. Behind j
+nothing is seen, but all of it lies beyond the line.
 """
 
 from __future__ import annotations
@@ -112,8 +116,8 @@ class Lidar:
             world: Number of the world each robot is in, shape (N,).
 
         Returns:
-            (walls, start): segments with their margins as in `Scene.walls`, robot after robot, and where each
-            robot's start, shape (N + 1,).
+            (walls, start): points with their margins, as segments of no length in the form of `Scene.walls`, robot
+            after robot, and where each robot's start, shape (N + 1,).
 
         Raises:
             ShapeError: If there are scans for another number of robots.
@@ -122,67 +126,107 @@ class Lidar:
             raise ShapeError(
                 f"lidar: scans of {len(self.ranges)} robots, but the scene has {len(position)}"
             )
-        spacing_margin = float(self.margin(np.ones(1))[0])
-        return scan_walls(
-            self.ranges, self.angles, position, heading, radius, world, spacing_margin
-        )
+        unit_margin = float(self.margin(np.ones(1))[0])
+        ranges = np.where(np.isnan(self.ranges), np.inf, self.ranges)
+        return scan_walls(ranges, self.angles, position, heading, radius, world, unit_margin)
+
+
+@formula
+def is_held(x: float, y: float, c_x: float, c_y: float, other_radius: float) -> bool:
+    """Does the row of the robot at c hold the way to (x, y), all as seen from the robot that scans?"""
+    distance = math.hypot(c_x, c_y)
+    return x * c_x + y * c_y >= distance * (distance - other_radius)
 
 
 @formula
 def is_masked(
-    x: float, y: float, c_x: float, c_y: float, other_radius: float, margin: float
+    x: float, y: float, c_x: float, c_y: float, other_radius: float, margin_part: float
 ) -> bool:
-    """Is a return a robot's own, or near to it and held by its row? All as seen from the robot that scans.
+    """Is a return another robot's own, or near to its rim and held by its row, with what may stick out beside it?
 
     Args:
-        x: Return, in m.
+        x: Return, in m, as seen from the robot that scans.
         y: Return, in m.
         c_x: Centre of the other robot, in m.
         c_y: Centre of the other robot, in m.
         other_radius: Its radius, in m.
-        margin: How far a wall may stick out beside the return, in m.
+        margin_part: 1 less the margin at a distance of 1 m.
     """
     off_rim = math.hypot(x - c_x, y - c_y) - other_radius
     if abs(off_rim) <= RIM_TOLERANCE:
         return True
-    distance = math.hypot(c_x, c_y)
-    return off_rim <= MASK_MARGIN and x * c_x + y * c_y >= distance * (
-        distance - other_radius + margin
+    return off_rim <= MASK_MARGIN and is_held(
+        margin_part * x, margin_part * y, c_x, c_y, other_radius
     )
 
 
 @formula
-def exposed(
-    first: float, last: float, start: float, end: float, limit: float
-) -> tuple[float, float]:
-    """Part of [first, last] in which ``start + s (end - start)`` lies below a limit; first above last if there is none."""
-    if start >= limit and end >= limit:
-        return 1.0, 0.0
-    if start < limit and end < limit:
-        return first, last
-    crossing = (limit - start) / (end - start)
-    if start < limit:
-        return first, min(last, crossing)
-    return max(first, crossing), last
-
-
-@formula
-def exposed_part(
-    first: float,
-    last: float,
-    point: FloatArray,
+def is_gap_held(
+    unit: FloatArray,
     k: int,
     after: int,
+    nearest: float,
     c_x: float,
     c_y: float,
     other_radius: float,
-    margin: float,
-) -> tuple[float, float]:
-    """Part of the segment from return k to return ``after`` that lies before the near side of another robot."""
-    distance = math.hypot(c_x, c_y)
-    start = point[k, 0] * c_x + point[k, 1] * c_y
-    end = point[after, 0] * c_x + point[after, 1] * c_y
-    return exposed(first, last, start, end, distance * (distance - other_radius + margin))
+) -> bool:
+    """Does the row of the robot at c hold all of a gap from the range ``nearest`` on?"""
+    return is_held(nearest * unit[k, 0], nearest * unit[k, 1], c_x, c_y, other_radius) and is_held(
+        nearest * unit[after, 0], nearest * unit[after, 1], c_x, c_y, other_radius
+    )
+
+
+@formula
+def nearest_in_gap(
+    i: int,
+    k: int,
+    after: int,
+    ranges: FloatArray,
+    unit: FloatArray,
+    masker: IntArray,
+    position: FloatArray,
+    radius: FloatArray,
+    margin_part: float,
+) -> float:
+    """Range of the nearer return beside the gap from beam k on, in m; infinite if no row is needed for it."""
+    nearest: float = min(ranges[i, k], ranges[i, after])
+    furthest: float = max(ranges[i, k], ranges[i, after])
+    # Beside a masked return alone, or between two masked by one robot, there is that robot, and walls behind it.
+    is_masked_by_one = masker[k] == masker[after] or not math.isfinite(furthest)
+    if not math.isfinite(nearest) or (max(masker[k], masker[after]) >= 0 and is_masked_by_one):
+        return math.inf
+    for beam in (k, after):
+        j = masker[beam]
+        if j >= 0:
+            c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+            if is_gap_held(unit, k, after, margin_part * nearest, c_x, c_y, radius[j]):
+                return math.inf
+    return nearest
+
+
+@formula
+def mask_returns(
+    i: int,
+    ranges: FloatArray,
+    unit: FloatArray,
+    masker: IntArray,
+    position: FloatArray,
+    radius: FloatArray,
+    world: IntArray,
+    margin_part: float,
+) -> None:
+    """Write who masks each return of robot i: the number of a robot, or -1."""
+    masker[:] = -1
+    for j in range(len(position)):
+        if j == i or world[j] != world[i]:
+            continue
+        c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+        for k in range(len(masker)):
+            distance = ranges[i, k]
+            if math.isfinite(distance) and is_masked(
+                distance * unit[k, 0], distance * unit[k, 1], c_x, c_y, radius[j], margin_part
+            ):
+                masker[k] = j
 
 
 @kernel
@@ -193,55 +237,35 @@ def scan_walls(
     heading: FloatArray,
     radius: FloatArray,
     world: IntArray,
-    spacing_margin: float,
+    unit_margin: float,
 ) -> tuple[FloatArray, IntArray]:
-    """Turn scans into walls; see `Lidar.walls`. ``spacing_margin`` is the margin at a distance of 1 m."""
+    """Turn scans, infinite where nothing came back, into walls; see `Lidar.walls`. ``unit_margin`` is that at 1 m."""
     num_robots, num_beams = ranges.shape
     walls = np.empty((num_robots * num_beams, 5))
-    begin = np.zeros(num_robots + 1, dtype=np.int64)
-    # Returns as seen from the robot that scans, and who masks them.
-    point, masker = np.empty((num_beams, 2)), np.empty(num_beams, dtype=np.int64)
-    count = 0
+    start = np.zeros(num_robots + 1, dtype=np.int64)
+    unit, masker = np.empty((num_beams, 2)), np.empty(num_beams, dtype=np.int64)
+    margin_part, count = 1.0 - unit_margin, 0
     for i in range(num_robots):
         for k in range(num_beams):
-            direction, distance = heading[i] + angles[k], ranges[i, k]
-            point[k, 0], point[k, 1] = (
-                distance * math.cos(direction),
-                distance * math.sin(direction),
+            unit[k, 0], unit[k, 1] = (
+                math.cos(heading[i] + angles[k]),
+                math.sin(heading[i] + angles[k]),
             )
-            masker[k] = -1
-        for j in range(num_robots):
-            if j == i or world[j] != world[i]:
-                continue
-            c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
-            for k in range(num_beams):
-                if math.isfinite(ranges[i, k]) and is_masked(
-                    point[k, 0], point[k, 1], c_x, c_y, radius[j], spacing_margin * ranges[i, k]
-                ):
-                    masker[k] = j
+        mask_returns(i, ranges, unit, masker, position, radius, world, margin_part)
+        before = nearest_in_gap(
+            i, num_beams - 1, 0, ranges, unit, masker, position, radius, margin_part
+        )
         for k in range(num_beams):
-            if not math.isfinite(ranges[i, k]):
-                continue
-            after = (k + 1) % num_beams
-            # A return whose next beam has none stays a point.
-            after = after if math.isfinite(ranges[i, after]) else k
-            if masker[k] >= 0 and masker[k] == masker[after]:
-                continue
-            margin = spacing_margin * min(ranges[i, k], ranges[i, after])
-            first, last = 0.0, 1.0
-            for j in (masker[k], masker[after]):
-                if j >= 0:
-                    c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
-                    first, last = exposed_part(
-                        first, last, point, k, after, c_x, c_y, radius[j], margin
-                    )
-            if first > last:
-                continue
-            for axis in range(2):
-                way = point[after, axis] - point[k, axis]
-                walls[count, axis] = position[i, axis] + point[k, axis] + first * way
-                walls[count, 2 + axis] = position[i, axis] + point[k, axis] + last * way
-            walls[count, 4] = margin
-            count += 1
-        begin[i + 1] = count
-    return walls[:count].copy(), begin
+            after = nearest_in_gap(
+                i, k, (k + 1) % num_beams, ranges, unit, masker, position, radius, margin_part
+            )
+            nearest = min(before, after)
+            before = after
+            if math.isfinite(nearest):
+                for axis in range(2):
+                    place = position[i, axis] + nearest * unit[k, axis]
+                    walls[count, axis], walls[count, 2 + axis] = place, place
+                walls[count, 4] = unit_margin * nearest
+                count += 1
+        start[i + 1] = count
+    return walls[:count].copy(), start
