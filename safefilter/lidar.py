@@ -205,8 +205,17 @@ def nearest_in_gap(
 
 
 @formula
+def half_width(distance: float, radius: float, step: float, num_beams: int) -> int:
+    """Number of beams, on each side of the one nearest to a disc's centre, that can hit the disc."""
+    if distance <= radius:
+        return num_beams
+    return int(math.asin(radius / distance) / step) + 1
+
+
+@formula
 def mask_returns(
     i: int,
+    first_angle: float,
     ranges: FloatArray,
     unit: FloatArray,
     masker: IntArray,
@@ -215,13 +224,18 @@ def mask_returns(
     world: IntArray,
     margin_part: float,
 ) -> None:
-    """Write who masks each return of robot i: the number of a robot, or -1."""
+    """Write who masks each return of robot i: the number of a robot, or -1; looks at beams near to robots only."""
     masker[:] = -1
+    num_beams = len(masker)
+    step = 2.0 * math.pi / num_beams
     for j in range(len(position)):
         if j == i or world[j] != world[i]:
             continue
         c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
-        for k in range(len(masker)):
+        middle = round((math.atan2(c_y, c_x) - first_angle) / step)
+        beside = half_width(math.hypot(c_x, c_y), radius[j] + MASK_MARGIN, step, num_beams)
+        for number in range(middle - beside, min(middle + beside + 1, middle - beside + num_beams)):
+            k = number % num_beams
             distance = ranges[i, k]
             if math.isfinite(distance) and is_masked(
                 distance * unit[k, 0], distance * unit[k, 1], c_x, c_y, radius[j], margin_part
@@ -251,7 +265,9 @@ def scan_walls(
                 math.cos(heading[i] + angles[k]),
                 math.sin(heading[i] + angles[k]),
             )
-        mask_returns(i, ranges, unit, masker, position, radius, world, margin_part)
+        mask_returns(
+            i, heading[i] + angles[0], ranges, unit, masker, position, radius, world, margin_part
+        )
         before = nearest_in_gap(
             i, num_beams - 1, 0, ranges, unit, masker, position, radius, margin_part
         )
