@@ -72,7 +72,7 @@ class Crowd(NamedTuple):
             [np.full(num_robots, V_MAX), rng.uniform(-OMEGA_MAX, OMEGA_MAX, num_robots)], axis=1
         )
         jitter = rng.uniform(-0.05, 0.05, (num_robots, 2))
-        corners: FloatArray = grid + 0.5 * SPACING
+        corners = np.asarray(grid + 0.5 * SPACING, dtype=np.float64)
         return cls(grid + jitter, heading, V_MAX * ahead, command, corners)
 
     def walls(self, num_walls: int) -> FloatArray:
