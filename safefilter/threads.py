@@ -20,8 +20,9 @@ import numba
 MIN_ITEMS = 64
 # Part of the items in the first range, from which the time that the rest takes is known.
 FIRST_PART = 1 / 16
-# To ask a helper costs the caller some 30 us, and it begins some 50 us later: for less work than this nobody is asked.
-WORTH_SHARING = 300e-6  # s
+# For less work than this nobody is asked. A helper begins some 50 us after it is asked, and on a busy machine it may be
+# put aside for a millisecond or more in the middle of a range, which the caller then waits for.
+WORTH_SHARING = 1e-3  # s
 # More ranges than threads, because dense parts of a crowd take longer than its fringe.
 RANGES_PER_THREAD = 4
 
