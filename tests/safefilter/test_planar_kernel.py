@@ -239,7 +239,7 @@ def test_the_least_violation_is_the_exact_one(stages: SecondStage) -> None:
     rows = rows_of(stages.first)[:-1, [0, 1, 3]]
     found = answer(rows, -stages.second.q, stages.num_hard)
     assert found.status == SOLVED
-    assert found.least == pytest.approx(float(corner[2]), abs=TOLERANCE)
+    assert found.least == pytest.approx(float(corner[2]), abs=1e-14)
     assert found.relaxation <= found.least + 2.0 * TOLERANCE
     assert found.is_nearest
     assert found.is_proved
