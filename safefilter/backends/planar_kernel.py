@@ -4,7 +4,7 @@
 point. It starts at the wanted point and adds the most violated row until none is violated (then the multipliers prove
 that the point is nearest), or until the rows contradict each other (then at most three weights prove it: Farkas and
 Helly). `least_violation` raises the soft rows' common violation t to the bound that each such proof gives, until the
-rows of the proof meet in a point that all rows permit: t* and its proof come out exact to rounding, mostly in one round.
+rows of the proof meet in a point that all rows permit: t* and its proof come out exact to rounding.
 
 Rows are ``n_x x + n_y y >= offset``, stored as ``rows[0] = n_x, rows[1] = n_y, rows[2] = offset``; the first
 ``num_sides`` rows bound a polygon around the origin, the first ``num_hard`` are hard, the rest soft.
@@ -292,7 +292,8 @@ def meets_all_rows(rows: Rows, least: float, active: IntArray, count: int) -> bo
         return False
     x, y, _ = corner_of(rows, least, active)
     r, violation = most_violated(rows, least, x, y)
-    return violation <= ROUNDING * (abs(rows.array[2, r]) + abs(x) + abs(y))
+    is_met: bool = violation <= ROUNDING * (abs(rows.array[2, r]) + abs(x) + abs(y))
+    return is_met
 
 
 @formula
