@@ -16,15 +16,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.backends.planar_kernel import (
-    CONTRADICTION,
-    SOLVED,
-    Rows,
-    is_nearest,
-    is_proof,
-    least_violation,
-    project,
-)
+from safefilter.backends.planar_kernel import CONTRADICTION, SOLVED, Rows, least_violation, project
+from safefilter.backends.planar_kernel_checks import is_nearest, is_proof
 from safefilter.jit import kernel
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.testing.exact_oracle import exact_least_violation, exact_nearest
