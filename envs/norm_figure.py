@@ -27,6 +27,7 @@ from envs.norm_distances import (
     ring,
     ring_radius,
 )
+from envs.norm_manoeuvre import overtaking_overlap
 from safefilter.arrays import FloatArray
 
 BLUE, RED, GREEN = "#4477aa", "#ee6677", "#228833"
@@ -79,6 +80,11 @@ def distance_lines(area: NormArea) -> list[str]:
             right=ring_radius(area, number, is_clockwise=True),
         )
         lines.append(line(f"ring of {number}: radius", radii))
+    lines.append(f"{'overtaking manoeuvre: s of overlap, on the':<44} {'left':>10} {'right':>10}")
+    for aside, length in ((0.30, 1.0), (0.30, 1.5), (0.36, 1.5)):
+        times = overtaking_overlap(area, aside, length)
+        text = f"{aside:.2f} m aside over {length:.1f} m"
+        lines.append(f"{text:<44} {times.on_left:10.2f} {times.on_right:10.2f}")
     nearest = float(area.edge_distances.min())
     lines.append(
         f"nearest edge {nearest:.4f} from the centre, farthest corner {area.circumradius:.4f}"
@@ -173,7 +179,7 @@ def _draw_oncoming(ax: Axes, area: NormArea) -> None:
 
 def _draw_overtaking(ax: Axes, area: NormArea) -> None:
     _draw_pairs(ax, area, overtaking_distances(area), UP)
-    ax.set_title("(c) overtaking: the same room on both sides,\nso no signal")
+    ax.set_title("(c) overtaking: on the left (above)\nneeds as much room as on the right (below)")
 
 
 def _draw_ring(ax: Axes, area: NormArea, letter: str, *, is_clockwise: bool) -> None:
