@@ -35,7 +35,7 @@ class Reading(Enum):
 class RewardWeights:
     """Weights of the terms, and how their equations are read; the constants of Qin et al. are the defaults.
 
-    Why the readings differ from what is printed is in `docs/paper.md`. Terms of weight zero are not computed.
+    Why the readings differ from what is printed is in `docs/paper.md`. Norms of weight zero are not looked at.
 
     Attributes:
         forward: b of Eq. (8), a metre.

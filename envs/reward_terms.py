@@ -15,6 +15,9 @@ def moving_forward(
 ) -> FloatArray:
     """R^mf, Eq. (8): reward for being nearer to the goal than at ``since``.
 
+    Departs from Eq. (8), with ``since`` at the start of the step: the paper pays the progress since t = 0 at every
+    step, which rewards lingering.
+
     Args:
         since: Shape (..., 2), in m: positions at the start of the episode as printed, at that of the step by default.
         position: Positions now, shape (..., 2), in m.
@@ -31,6 +34,9 @@ def direction(
     course: FloatArray, to_goal: FloatArray, share: FloatArray, weight: float
 ) -> FloatArray:
     """R^dir, Eq. (9): reward for the angle between course and goal, +pi straight to it and -pi straight away.
+
+    Departs from Eq. (9), with a ``share`` in proportion to the speed: the paper pays the whole at any speed, so that
+    facing the goal at rest is worth more than arriving.
 
     Args:
         course: Direction of movement, of any length, shape (..., 2).
@@ -83,6 +89,9 @@ def dynamic_collision(hit_robot: BoolArray, weight: float) -> FloatArray:
 
 def passing_time(elapsed: BoolArray, weight: float) -> FloatArray:
     """R^tim, Eq. (12): penalty for time.
+
+    Departs from the letter of Eq. (12), "if time step t is over", where every step under way costs: read as the end of
+    the time limit, it is no reason to hurry.
 
     Args:
         elapsed: Shape (...): a step under way has passed by default; the time limit is over in the other reading.

@@ -8,6 +8,7 @@ import pytest
 from envs import Rules
 from envs.norm_area import NormArea
 from envs.reward import TERMS, Reading, Reward, RewardWeights, reward
+from envs.reward_terms import direction
 from envs.transition import VECTORS, Transition
 from safefilter.errors import InvalidInput, NotFinite
 
@@ -94,6 +95,21 @@ def test_with_the_literal_forms_standing_still_is_worth_more_than_arriving() -> 
     literal = float(reward(resting, RewardWeights.literal()).total[0, 0]) * for_ever
     working = float(reward(resting, RewardWeights()).total[0, 0]) * for_ever
     assert literal > 300.0 > RewardWeights().goal > 0.0 > working
+
+
+def test_no_loop_at_full_speed_is_worth_as_much_as_arriving() -> None:
+    # Straight to the goal and back at an angle: the angle falls faster than the way covered, so a loop pays a little.
+    to, back = np.meshgrid(np.radians(np.arange(90.0)), np.radians(np.arange(91.0, 181.0)))
+    rates = []
+    for angle in (to, back):
+        course = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        pay = direction(course, np.broadcast_to(AHEAD, course.shape), np.ones(angle.shape), 1.0)
+        rates.append((pay, 1.0 / np.abs(np.cos(angle))))  # reward a step, steps a metre of distance
+    (pay_to, steps_to), (pay_back, steps_back) = rates
+    loop = (pay_to * steps_to + pay_back * steps_back) / (steps_to + steps_back)
+    best = float(loop.max()) + RewardWeights().time
+    assert best == pytest.approx(0.131, abs=1e-3)
+    assert best / (1.0 - 0.99) < RewardWeights().goal < best / (1.0 - 0.999)
 
 
 def test_literal_clock_charges_for_being_late_only() -> None:
