@@ -5,6 +5,7 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Self
@@ -15,6 +16,7 @@ from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from envs.walls import WallMap
 from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.threads import over_ranges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,6 +113,15 @@ class World:
     def preferred_velocity(self) -> FloatArray:
         """Straight to the goal at full speed, v_pref of Qin et al., shape (W, N, 2), in m/s; zero at the goal."""
         return full_speed(self.goal - self.position, self.v_max)
+
+
+def over_worlds(work: Callable[[int, int], object], num_worlds: int, num_robots: int) -> None:
+    """Call ``work(first, last)`` for ranges of worlds, in parallel where there are robots enough for that to pay."""
+    # Ranges are of robots, and a world belongs to that of its first one.
+    over_ranges(
+        lambda first, last: work(-(-first // num_robots), -(-last // num_robots)),
+        num_worlds * num_robots,
+    )
 
 
 def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:
