@@ -110,6 +110,12 @@ def side(  # noqa: PLR0917  # a compiled formula takes plain numbers
 
 
 @formula
+def point_distance(wall: Segment, p_x: float, p_y: float) -> float:
+    """Distance of a point from a wall, in m."""
+    return least_distance(wall.a_x - p_x, wall.a_y - p_y, wall.b_x - wall.a_x, wall.b_y - wall.a_y)
+
+
+@formula
 def segment_distance(p_x: float, p_y: float, q_x: float, q_y: float, wall: Segment) -> float:
     """Distance of the segment from p to q from a wall, in m; 0 where they cross."""
     a_x, a_y, b_x, b_y = wall
@@ -133,9 +139,12 @@ def segment_distance(p_x: float, p_y: float, q_x: float, q_y: float, wall: Segme
 
 
 @formula
-def least_path_distance(path: Path, wall: Segment, enough: float) -> float:
-    """Lower bound on the distance of a path from a wall over the step, in m, at most `RESOLUTION` below it.
+def least_path_distance(
+    path: Path, wall: Segment, enough: float, reach: float = 0.0, coarseness: float = 0.0
+) -> float:
+    """Lower bound on the distance of a path from a wall over the step, in m.
 
+    At most `RESOLUTION` below it, or ``coarseness`` times what the distance is beyond ``reach``, whichever is more.
     Distances of ``enough`` and more are not decided any further than that.
     """
     sagitta = largest_sagitta(path)
@@ -148,7 +157,8 @@ def least_path_distance(path: Path, wall: Segment, enough: float) -> float:
         chord = segment_distance(p_x, p_y, q_x, q_y, wall)
         strays = sagitta * width * width
         upper = min(upper, chord + strays)
-        if chord - strays < min(upper - RESOLUTION, enough):
+        accuracy = max(RESOLUTION, coarseness * (upper - reach))
+        if chord - strays < min(upper - accuracy, enough):
             depth, k, width = depth + 1, 2 * k, 0.5 * width
             continue
         least = min(least, chord - strays)
