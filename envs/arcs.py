@@ -97,8 +97,15 @@ def closest_fraction(p_x: float, p_y: float, d_x: float, d_y: float) -> float:
 @formula
 def least_distance(p_x: float, p_y: float, d_x: float, d_y: float) -> float:
     """Least distance of p + s d from the origin over s in [0, 1]."""
+    return math.sqrt(least_distance_squared(p_x, p_y, d_x, d_y))
+
+
+@formula
+def least_distance_squared(p_x: float, p_y: float, d_x: float, d_y: float) -> float:
+    """Square of `least_distance`, in m^2."""
     s = closest_fraction(p_x, p_y, d_x, d_y)
-    return math.hypot(p_x + s * d_x, p_y + s * d_y)
+    x, y = p_x + s * d_x, p_y + s * d_y
+    return x * x + y * y
 
 
 @formula
@@ -110,9 +117,11 @@ def side(  # noqa: PLR0917  # a compiled formula takes plain numbers
 
 
 @formula
-def point_distance(wall: Segment, p_x: float, p_y: float) -> float:
-    """Distance of a point from a wall, in m."""
-    return least_distance(wall.a_x - p_x, wall.a_y - p_y, wall.b_x - wall.a_x, wall.b_y - wall.a_y)
+def point_distance_squared(wall: Segment, p_x: float, p_y: float) -> float:
+    """Square of the distance of a point from a wall, in m^2."""
+    return least_distance_squared(
+        wall.a_x - p_x, wall.a_y - p_y, wall.b_x - wall.a_x, wall.b_y - wall.a_y
+    )
 
 
 @formula

@@ -112,6 +112,7 @@ def find_contacts(
         position=position,
         displacement=movement.displacement,
         turn=movement.turn,
+        travel=np.hypot(movement.displacement[..., 0], movement.displacement[..., 1]),
         radius=bodies.radius,
         present=bodies.present,
         wrecked=bodies.wrecked,
@@ -135,7 +136,8 @@ def _judge(  # noqa: PLR0917  # a kernel takes arrays, not records
     horizon: float,
 ) -> None:
     grid = empty_robot_grid(step.radius.shape[1])
+    squared = np.empty(walls.entry.shape[1])
     for w in range(first_world, last_world):
         sort_robots(grid, w, step.position, step.present)
         judge_robots(step, contacts, grid, w, horizon)
-        judge_walls(step, contacts, walls, w, horizon)
+        judge_walls(step, contacts, walls, w, horizon, squared)

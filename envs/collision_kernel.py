@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from envs.arcs import Path, Segment, first_entry, least_path_distance, point_distance
+from envs.arcs import Path, Segment, first_entry, least_path_distance, point_distance_squared
 from envs.robot_grid_kernel import RobotGrid, cells_near
 from envs.walls import WallArrays, first_and_last_cell
 from safefilter.arrays import BoolArray, FloatArray, IntArray
@@ -31,6 +31,7 @@ class StepArrays(NamedTuple):
         position: Centres at the start, shape (W, N, 2), in m.
         displacement: Start velocities times the duration of the step, shape (W, N, 2), in m.
         turn: Angles turned, shape (W, N), in rad.
+        travel: Lengths of the ways, shape (W, N), in m.
         radius: Shape (W, N), in m.
         present: Shape (W, N): robots with a body.
         wrecked: Shape (W, N): robots that have collided before.
@@ -40,6 +41,7 @@ class StepArrays(NamedTuple):
     position: FloatArray
     displacement: FloatArray
     turn: FloatArray
+    travel: FloatArray
     radius: FloatArray
     present: BoolArray
     wrecked: BoolArray
@@ -55,12 +57,6 @@ class ContactArrays(NamedTuple):
     hit_wall: BoolArray
     fraction: FloatArray
     num_pairs: IntArray
-
-
-@formula
-def travel(step: StepArrays, w: int, i: int) -> float:
-    """Length of a robot's way in the step, in m."""
-    return math.hypot(step.displacement[w, i, 0], step.displacement[w, i, 1])
 
 
 @formula
@@ -83,7 +79,7 @@ def start_gap(step: StepArrays, w: int, i: int, j: int) -> float:
 @formula
 def judge_pair(step: StepArrays, contacts: ContactArrays, w: int, i: int, j: int) -> None:
     """Free distance of two robots over the step, and when they touch, if they do."""
-    gap, travels = start_gap(step, w, i, j), travel(step, w, i) + travel(step, w, j)
+    gap, travels = start_gap(step, w, i, j), step.travel[w, i] + step.travel[w, j]
     least = gap - travels
     known = max(contacts.clearance[w, i], contacts.clearance[w, j])
     if least >= known:
@@ -138,13 +134,13 @@ def judge_robots(
     largest, furthest = 0.0, 0.0
     for i in range(step.radius.shape[1]):
         if step.present[w, i]:
-            largest, furthest = max(largest, step.radius[w, i]), max(furthest, travel(step, w, i))
+            largest, furthest = max(largest, step.radius[w, i]), max(furthest, step.travel[w, i])
     for i in range(step.radius.shape[1]):
         if not step.present[w, i]:
             continue
         x, y = step.position[w, i, 0], step.position[w, i, 1]
         # Whatever the horizon, who could touch is looked at.
-        wide = max(horizon, travel(step, w, i) + furthest)
+        wide = max(horizon, step.travel[w, i] + furthest)
         cells = cells_near(grid, x, y, wide + step.radius[w, i] + largest)
         # The nearest first: what it leaves open, few others come near enough to change.
         nearest = nearest_later(step, grid, w, i, cells, wide)
@@ -191,7 +187,7 @@ def judge_wall(
     step: StepArrays, contacts: ContactArrays, w: int, i: int, wall: Segment, gap: float
 ) -> None:
     """Free distance of a robot from a wall over the step, and when it touches it, if it does."""
-    reach, travels = step.radius[w, i], travel(step, w, i)
+    reach, travels = step.radius[w, i], step.travel[w, i]
     least = gap - travels
     known = contacts.wall_clearance[w, i]
     if least >= known:
@@ -218,15 +214,23 @@ def judge_wall(
 
 @formula
 def judge_walls(
-    step: StepArrays, contacts: ContactArrays, walls: WallArrays, w: int, horizon: float
+    step: StepArrays,
+    contacts: ContactArrays,
+    walls: WallArrays,
+    w: int,
+    horizon: float,
+    squared: FloatArray,
 ) -> None:
-    """Judge all robots of world w against walls that start within the horizon, or could be touched: nearest first."""
+    """Judge all robots of world w against walls that start within the horizon, or could be touched: nearest first.
+
+    ``squared`` is room for a number a wall entry, shape (I,).
+    """
     columns = walls.cells_along[w, 0]
     for i in range(step.radius.shape[1]):
         if not step.present[w, i] or step.wrecked[w, i] or step.person[w, i]:
             continue
         x, y, radius = step.position[w, i, 0], step.position[w, i, 1], step.radius[w, i]
-        wide = max(horizon, travel(step, w, i))
+        wide = max(horizon, step.travel[w, i])
         reach = wide + radius
         left, right = first_and_last_cell(
             x - reach, x + reach, walls.corner[w, 0], walls.cell_size[w], columns
@@ -234,20 +238,22 @@ def judge_walls(
         bottom, top = first_and_last_cell(
             y - reach, y + reach, walls.corner[w, 1], walls.cell_size[w], walls.cells_along[w, 1]
         )
-        nearest, least = -1, wide
+        nearest, least = -1, reach * reach
         for row in range(bottom, top + 1):
             start = walls.cell_start[w, row * columns + left]
             for e in range(start, walls.cell_start[w, row * columns + right + 1]):
-                gap = point_distance(wall_of(walls, w, walls.entry[w, e]), x, y) - radius
-                if gap <= least:
-                    nearest, least = walls.entry[w, e], gap
+                squared[e] = point_distance_squared(wall_of(walls, w, walls.entry[w, e]), x, y)
+                if squared[e] <= least:
+                    nearest, least = walls.entry[w, e], squared[e]
         if nearest < 0:
             continue
-        judge_wall(step, contacts, w, i, wall_of(walls, w, nearest), least)
+        wall = wall_of(walls, w, nearest)
+        judge_wall(step, contacts, w, i, wall, math.sqrt(least) - radius)
+        # What comes no nearer than that cannot change anything.
+        open_to = min(reach, max(contacts.wall_clearance[w, i], 0.0) + radius + step.travel[w, i])
         for row in range(bottom, top + 1):
             start = walls.cell_start[w, row * columns + left]
             for e in range(start, walls.cell_start[w, row * columns + right + 1]):
-                wall = wall_of(walls, w, walls.entry[w, e])
-                gap = point_distance(wall, x, y) - radius
-                if walls.entry[w, e] != nearest and gap <= wide:
-                    judge_wall(step, contacts, w, i, wall, gap)
+                if squared[e] <= open_to * open_to and walls.entry[w, e] != nearest:
+                    wall = wall_of(walls, w, walls.entry[w, e])
+                    judge_wall(step, contacts, w, i, wall, math.sqrt(squared[e]) - radius)

@@ -67,7 +67,9 @@ class Navigation:
             )
         self.world = World.empty(num_worlds, self.fleet)
         shape = self.world.position.shape
-        self._motion = Motion(np.zeros(shape), np.zeros(shape), np.zeros(shape[:2]))
+        self._motion = Motion(
+            np.zeros(shape), np.zeros(shape), np.zeros(shape[:2]), np.zeros(shape[:2])
+        )
         self._settings = self.rules.settings(drives=self.world.is_differential)
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from envs.arcs import arc_point
 from envs.collision_kernel import ContactArrays, StepArrays, judge_robots, judge_walls
 from envs.dynamics import start_motion
@@ -76,11 +78,12 @@ class StepSettings(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Working space: velocities at the start, and ``displacement`` and ``turn`` as in `StepArrays`."""
+    """Working space: velocities at the start, and the rest as in `StepArrays`."""
 
     velocity: FloatArray
     displacement: FloatArray
     turn: FloatArray
+    travel: FloatArray
 
 
 class OutcomeArrays(NamedTuple):
@@ -123,6 +126,7 @@ def plan_world(
         motion.displacement[w, i, 0] = settings.dt * x
         motion.displacement[w, i, 1] = settings.dt * y
         motion.turn[w, i] = settings.dt * turn_rate
+        motion.travel[w, i] = settings.dt * math.sqrt(x * x + y * y)
 
 
 @formula
@@ -146,7 +150,7 @@ def advance_robot(
         motion.velocity[w, i, 0], motion.velocity[w, i, 1], turn, 1.0
     )
     if robots.step_count[w] > settings.max_steps - settings.spin_steps:
-        robots.spin_way[w, i] += fraction * math.hypot(d_x, d_y)
+        robots.spin_way[w, i] += fraction * motion.travel[w, i]
         robots.spin_turn[w, i] += fraction * abs(turn)
 
 
@@ -279,10 +283,12 @@ def step_worlds(
 ) -> None:
     """Step worlds [first, last); ``cooperates`` tells of each robot of the fleet whether it does, shape (N,)."""
     grid = empty_robot_grid(robots.radius.shape[1])
+    squared = np.empty(walls.entry.shape[1])
     step = StepArrays(
         robots.position,
         motion.displacement,
         motion.turn,
+        motion.travel,
         robots.radius,
         robots.present,
         robots.collided,
@@ -293,7 +299,7 @@ def step_worlds(
         plan_world(robots, motion, settings, action, w)
         sort_robots(grid, w, robots.position, robots.present)
         judge_robots(step, contacts, grid, w, settings.horizon)
-        judge_walls(step, contacts, walls, w, settings.horizon)
+        judge_walls(step, contacts, walls, w, settings.horizon, squared)
         advance_world(robots, motion, settings, contacts, outcome, w)
         mark_arrivals(robots, settings, outcome, w)
         if settings.after_arrival == REBORN:
