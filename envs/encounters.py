@@ -129,6 +129,17 @@ class Encounters:
         self.course[...] = course
         self.position[...] = after
 
+    def restart(self, position: FloatArray, robots: BoolArray) -> None:
+        """Some robots have been put elsewhere: they come from nowhere, and no encounter with them goes on.
+
+        Args:
+            position: Where they are now, shape (W, N, 2), in m.
+            robots: Which, shape (W, N).
+        """
+        self.position[robots] = position[robots]
+        self.course[robots] = 0.0
+        self.approach[robots[..., np.newaxis] | robots[:, np.newaxis]] = 0
+
     @property
     def num_met(self) -> IntArray:
         """Encounters with a side to be on, shape (W, N)."""

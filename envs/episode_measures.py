@@ -13,9 +13,10 @@ import numpy as np
 
 from envs.encounters import Encounters
 from envs.metrics import Metrics
-from envs.motion import Motion, RotateInPlace
+from envs.motion import Motion
 from envs.outcome import Outcome
-from envs.robot_results import RobotResults, fates
+from envs.robot_results import Fate, RobotResults, fates
+from envs.transition import end_of_step
 from envs.world import World
 from safefilter.arrays import FloatArray
 from safefilter.decision import Decision
@@ -40,18 +41,18 @@ class EpisodeMeasures:
         self._under_way = world.active.copy()
         self._hit_robot = np.zeros_like(self._under_way)
         self._hit_obstacle = np.zeros_like(self._under_way)
+        self._rotated = np.zeros_like(self._under_way)
+        self._total_time = np.zeros(self._under_way.shape)
 
     @classmethod
-    def start(cls, world: World, rotate_in_place: RotateInPlace | None = None) -> Self:
+    def start(cls, world: World) -> Self:
         """Begin right after a reset.
 
         Args:
             world: The world, its robots placed.
-            rotate_in_place: When a robot turns on the spot; None: the defaults.
         """
-        motion = Motion.begin(world.position, world.heading, rotate_in_place=rotate_in_place)
         metrics = Metrics.empty(world.num_worlds, world.num_robots)
-        return cls(metrics, motion, Encounters.start(world.position), world)
+        return cls(metrics, Motion.begin(world.position), Encounters.start(world.position), world)
 
     def record_decision(self, decision: Decision) -> None:
         """Count what a filter decided for this step, before it is made.
@@ -71,12 +72,18 @@ class EpisodeMeasures:
             dt: Its duration, in s.
         """
         self.metrics.record(outcome)
-        self.motion.record(world.position, world.heading, actions, self._under_way, dt)
-        self.encounters.record(world.position, self._under_way, dt)
+        position = end_of_step(world, outcome)
+        self.motion.record(position, actions, self._under_way)
+        self.encounters.record(position, self._under_way, dt)
+        if outcome.reborn.any():
+            self.motion.restart(world.position, outcome.reborn)
+            self.encounters.restart(world.position, outcome.reborn)
         # A wreck may be hit again: what counts is the first time.
         first = outcome.collided & ~(self._hit_robot | self._hit_obstacle)
         self._hit_robot |= first & outcome.hit_robot
         self._hit_obstacle |= first & ~outcome.hit_robot
+        self._rotated |= outcome.rotated
+        self._total_time += np.where(outcome.arrived, outcome.cycle_time, 0.0)
         self._under_way = world.active.copy()
 
     def results(self, world: World) -> RobotResults:
@@ -85,13 +92,13 @@ class EpisodeMeasures:
         Args:
             world: The world at the end.
         """
-        fate = fates(
-            world.arrived, self._hit_robot, self._hit_obstacle, self.motion.rotates_in_place()
-        )
-        succeeded = world.arrived & ~self._hit_robot & ~self._hit_obstacle
+        has_arrived = world.arrivals > 0
+        fate = fates(has_arrived, self._hit_robot, self._hit_obstacle, self._rotated)
+        fate[world.person] = Fate.PERSON
+        mean_time = self._total_time / np.maximum(world.arrivals, 1)
         return RobotResults(
             fate=fate,
-            time=np.where(succeeded, world.arrival_time, np.nan),
+            time=np.where(fate == Fate.SUCCESS, mean_time, np.nan),
             passings=self.encounters.passings.copy(),
             passings_on_right=self.encounters.passings_on_right.copy(),
             overtakings=self.encounters.overtakings.copy(),

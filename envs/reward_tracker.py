@@ -9,7 +9,7 @@ import numpy as np
 
 from envs.outcome import Outcome
 from envs.reward import Reward, RewardWeights, reward
-from envs.transition import Transition
+from envs.transition import Transition, end_of_step
 from envs.world import World
 from safefilter.arrays import FloatArray
 
@@ -30,17 +30,14 @@ class RewardTracker:
             weights: What is paid for; None: the defaults.
         """
         self.weights = RewardWeights() if weights is None else weights
-        self._start = np.zeros((0, 0, 2))
         self._course = np.zeros((0, 0, 2))
 
     def remember(self, world: World) -> None:
         """Take note of the moment before a step."""
-        if self._start.shape != world.position.shape:
-            self._start = np.zeros_like(world.position)
+        if self._course.shape != world.position.shape:
             self._course = np.zeros_like(world.position)
-        new = world.step_count == 0
-        self._start[new] = world.position[new]
-        self._course[new] = 0.0
+        # Placed or reborn just now.
+        self._course[world.cycle_start == world.step_count[:, np.newaxis]] = 0.0
         self._before = world.position.copy()
         self._under_way = world.active.copy()
 
@@ -60,14 +57,14 @@ class RewardTracker:
         collided = outcome.collided
         late = np.broadcast_to(outcome.timed_out[:, np.newaxis], collided.shape)
         step = Transition(
-            start=self._start,
+            start=world.start,
             before=self._before,
-            position=world.position,
+            position=end_of_step(world, outcome),
             velocity=world.velocity,
             facing=self._facing(world),
             goal=world.goal,
             v_max=world.v_max,
-            present=world.present,
+            present=world.present & ~world.person,
             under_way=self._under_way,
             arrived=outcome.arrived,
             hit_robot=outcome.hit_robot & collided,

@@ -26,9 +26,11 @@ class Fate(IntEnum):
     HIT_OBSTACLE = 2
     """Its first collision was with an obstacle."""
     ROTATED = 3
-    """Neither, and at the end it was turning on the spot, see `envs.motion.RotateInPlace`."""
+    """Neither, and at the time limit it had been turning on the spot, see `envs.rules.Rules`."""
     TIMED_OUT = 4
     """None of these."""
+    PERSON = 5
+    """No robot, and not counted."""
 
 
 def fates(
@@ -58,7 +60,7 @@ class RobotResults:
 
     Attributes:
         fate: Values of `Fate`.
-        time: When successful robots arrived, in s; NaN for others.
+        time: Time to the goal of successful robots, in s, the mean if they were reborn; NaN for others.
         passings: Oncoming robots passed.
         passings_on_right: Those passed on the right.
         overtakings: Robots overtaken.
@@ -114,6 +116,12 @@ class RobotResults:
             field.name: np.concatenate([getattr(part, field.name) for part in parts])
             for field in fields(cls)
         })
+
+    @property
+    def is_robot(self) -> BoolArray:
+        """Who is no person, shape (W, N)."""
+        is_robot: BoolArray = self.fate != Fate.PERSON
+        return is_robot
 
     @property
     def success(self) -> BoolArray:

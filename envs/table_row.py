@@ -82,21 +82,23 @@ class TableRow:
             method: Name of the method.
             results: What became of the robots; join those of several runs first.
         """
-        success, judged = results.success, results.success & results.has_met
-        kept, whole = judged & results.keeps_norms, np.asarray(success.all(axis=1))
+        robots, success = results.is_robot, results.success
+        judged = success & results.has_met
+        kept, whole = judged & results.keeps_norms, np.asarray((success | ~robots).all(axis=1))
+        fate = results.fate[robots]
         return cls(
             scenario=scenario,
             method=method,
             num_episodes=len(success),
-            num_robots=success.size,
-            success_rate=_rate(success),
-            success_interval=wilson(int(success.sum()), success.size),
+            num_robots=len(fate),
+            success_rate=_rate(fate == Fate.SUCCESS),
+            success_interval=wilson(int(success.sum()), len(fate)),
             social_success_rate=_ratio(kept.sum(), judged.sum()),
             social_success_interval=wilson(int(kept.sum()), int(judged.sum())),
-            collision_robot_rate=_rate(results.fate == Fate.HIT_ROBOT),
-            collision_obstacle_rate=_rate(results.fate == Fate.HIT_OBSTACLE),
-            timeout_rate=_rate(results.fate == Fate.TIMED_OUT),
-            rotate_in_place_rate=_rate(results.fate == Fate.ROTATED),
+            collision_robot_rate=_rate(fate == Fate.HIT_ROBOT),
+            collision_obstacle_rate=_rate(fate == Fate.HIT_OBSTACLE),
+            timeout_rate=_rate(fate == Fate.TIMED_OUT),
+            rotate_in_place_rate=_rate(fate == Fate.ROTATED),
             mean_time=_mean(results.time[success]),
             episode_success_rate=_rate(whole),
             episode_success_interval=wilson(int(whole.sum()), len(whole)),
@@ -106,10 +108,10 @@ class TableRow:
             ),
             num_encounters=int((results.passings + results.overtakings).sum()),
             detour=_mean(results.detour[success]),
-            min_clearance=float(results.min_clearance.min(initial=np.inf)),
-            min_wall_clearance=float(results.min_wall_clearance.min(initial=np.inf)),
+            min_clearance=float(results.min_clearance[robots].min(initial=np.inf)),
+            min_wall_clearance=float(results.min_wall_clearance[robots].min(initial=np.inf)),
             intervention_rate=_ratio(results.interventions.sum(), results.decisions.sum()),
-            action_variation=_mean(results.action_variation),
+            action_variation=_mean(results.action_variation[robots]),
         )
 
     def to_dict(self) -> dict[str, object]:

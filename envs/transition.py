@@ -9,6 +9,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from envs.outcome import Outcome
+from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray, finite_array
 from safefilter.errors import ShapeError
 
@@ -28,7 +30,7 @@ class Transition:
             where there is none.
         goal: Shape (W, N, 2), in m.
         v_max: Greatest speeds, shape (W, N), in m/s.
-        present: Shape (W, N): has a body at the end of the step.
+        present: Shape (W, N): robots, not people, with a body at the end of the step: the norms are theirs.
         under_way: Shape (W, N): was under way at the start of the step; others are paid nothing.
         arrived: Shape (W, N): arrived in this step.
         hit_robot: Shape (W, N): collided with a robot in this step.
@@ -69,3 +71,16 @@ class Transition:
                 raise ShapeError(f"{field.name}: expected shape {expected}, got {np.shape(value)}")
             if value.dtype != np.bool_:
                 finite_array(value, field.name, expected)
+
+
+def end_of_step(world: World, outcome: Outcome) -> FloatArray:
+    """Positions at the end of a step, with robots that were reborn in it still where they came from: at their goals.
+
+    Args:
+        world: The world after the step.
+        outcome: What the step did.
+
+    Returns:
+        Shape (W, N, 2), in m.
+    """
+    return np.where(outcome.reborn[..., np.newaxis], world.goal, world.position)

@@ -140,6 +140,18 @@ def test_an_encounter_goes_on_through_a_swerve() -> None:
     assert counted(judge(np.stack([way, other], axis=1))) == [(1, 1, 0, 0)] * 2
 
 
+def test_who_is_put_elsewhere_does_not_meet_those_in_between() -> None:
+    # Along x; then put back to where it came from, past the one that drives the same way.
+    encounters = judge(straight(((0, 0), (2, 0)), ((-0.5, 0.3), (1.5, 0.3))))
+    after = np.array([[[0.0, 0.0], [1.5, 0.3]]])
+    jumped = np.array([[True, False]])
+    encounters.restart(after, jumped)
+    for step in range(60):
+        moved = after + 0.04 * np.array([1.0, 0.0]) * step
+        encounters.record(moved, np.ones((1, 2), dtype=np.bool_), DT)
+    assert counted(encounters) == [(0, 0, 0, 0)] * 2
+
+
 def test_robots_that_are_not_under_way_meet_nobody() -> None:
     encounters = Encounters.start(PASS_RIGHT[np.newaxis, 0])
     for position in PASS_RIGHT[1:]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import safefilter as sf
-from envs import Circle, Crossroad, Fleet, Navigation, Rules
+from envs import AfterArrival, Circle, Crossroad, Fleet, Navigation, Rules
 from envs.episode_measures import EpisodeMeasures
 from envs.robot_results import Fate, RobotResults
 from envs.table_row import TableRow
@@ -67,6 +67,23 @@ def test_spinning_drives_rotate_in_place() -> None:
     assert found.fate.tolist() == [[Fate.ROTATED] * 2]
     _, found = run(two_lanes(0.4, "differential"), 100, np.zeros((1, 2, 2)))
     assert found.fate.tolist() == [[Fate.TIMED_OUT] * 2]
+
+
+def test_reborn_robots_are_measured_way_by_way() -> None:
+    rules = Rules(time_limit=40.0, after_arrival=AfterArrival.REBORN)
+    navigation = Navigation(Circle(2, jitter_radius=1e-6), rules=rules)
+    navigation.reset(0)
+    world = navigation.world
+    # Two parallel lanes, driven again and again.
+    world.position[0] = world.start[0] = [[0.0, 0.0], [2.0, 0.4]]
+    world.goal[0] = [[2.0, 0.0], [0.0, 0.4]]
+    _, found = run(navigation, rules.max_steps)
+    assert (world.arrivals > 2).all()
+    assert found.fate.tolist() == [[Fate.SUCCESS] * 2]
+    assert found.time == pytest.approx((2.0 - 0.12) / 0.2, abs=0.2)
+    assert found.detour == pytest.approx(1.0)
+    assert found.passings.tolist() == found.passings_on_right.tolist()
+    assert (found.passings >= world.arrivals - 1).all()
 
 
 def test_first_collision_decides_also_for_a_wreck_that_is_hit_again() -> None:

@@ -4,7 +4,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from envs import Circle, Crossroad, Fleet, Navigation, Rules
+from envs import AfterArrival, Circle, Crossroad, Fleet, Navigation, Rules
 from envs.reward import TERMS, Reading, RewardWeights
 from envs.reward_tracker import RewardTracker
 
@@ -118,3 +118,25 @@ def test_corrections_are_charged() -> None:
     correction = np.array([[0.0, 0.1]])
     assert tracker.reward(world, outcome, correction).total.tolist() == [[0.0, -0.2]]
     assert tracker.reward(world, outcome).total.tolist() == [[0.0, 0.0]]
+
+
+def test_being_reborn_costs_no_progress() -> None:
+    rules = Rules(time_limit=40.0, after_arrival=AfterArrival.REBORN)
+    navigation = Navigation(Circle(2, jitter_radius=1e-6), rules=rules)
+    navigation.reset(0)
+    world = navigation.world
+    # Two parallel lanes, driven again and again.
+    world.position[0] = world.start[0] = [[0.0, 0.0], [2.0, 0.4]]
+    world.goal[0] = [[2.0, 0.0], [0.0, 0.4]]
+    tracker = RewardTracker(bare(forward=1.0, goal=80.0))
+    progress, goals = np.zeros((1, 2)), np.zeros((1, 2))
+    for _ in range(rules.max_steps):
+        tracker.remember(world)
+        found = tracker.reward(world, navigation.step(world.preferred_velocity()))
+        assert (found.forward >= 0.0).all()
+        progress += found.forward
+        goals += found.goal
+    np.testing.assert_array_equal(goals, 80.0 * world.arrivals)
+    assert (world.arrivals > 2).all()
+    under_way = np.linalg.norm(world.position - world.start, axis=-1)
+    np.testing.assert_allclose(progress, 2.0 * world.arrivals + under_way, atol=0.13)

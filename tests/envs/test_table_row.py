@@ -107,3 +107,20 @@ def test_without_successes_encounters_and_decisions_there_are_no_rates() -> None
         row.intervention_rate,
     ):
         assert math.isnan(value)
+
+
+def test_people_are_not_counted() -> None:
+    given = example()
+    fate = np.column_stack([given.fate, [Fate.PERSON, Fate.PERSON]])
+    crowded = RobotResults(
+        **{
+            name: np.column_stack([
+                getattr(given, name),
+                np.full(2, -9.0 if name == "min_clearance" else 0),
+            ]).astype(getattr(given, name).dtype)
+            for name in given.__slots__
+            if name != "fate"
+        }
+        | {"fate": fate}
+    )
+    assert TableRow.of("a", "b", crowded).to_dict() == TableRow.of("a", "b", given).to_dict()
