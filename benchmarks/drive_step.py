@@ -88,7 +88,8 @@ class Crowd(NamedTuple):
         num_robots = len(self.position)
         world = World.empty(1, Fleet.of(num_robots, radius=RADIUS, kinematics="differential"))
         world.position[0], world.heading[0], world.present[...] = self.position, self.heading, True
-        return Lidar.scan(cast_beams(world, walls, NUM_BEAMS, REACH)[0])
+        world.walls.replace({0: walls})
+        return Lidar.scan(cast_beams(world, NUM_BEAMS, REACH)[0])
 
 
 def measure(*, quick: bool = False) -> Result:

@@ -16,7 +16,7 @@ import numpy as np
 
 from envs import Navigation, Outcome
 from envs.collision import Bodies, find_contacts
-from envs.dynamics import straight_movement
+from envs.dynamics import Movement
 from policies.drive_trials import DriveTrial, drive_trials
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.decision import Case, Decision
@@ -172,12 +172,13 @@ def limit_passive(navigation: Navigation, actions: FloatArray, passive_speed: fl
     """
     world, dt = navigation.world, navigation.rules.dt
     passive = world.present & ~world.cooperative
-    still = straight_movement(np.zeros_like(world.position), dt)
-    walls = np.ascontiguousarray(navigation.scenario.walls)
+    still = Movement(np.zeros_like(world.position), np.zeros(passive.shape), dt)
     # Wrecks are not judged against each other, nor against walls.
-    near = find_contacts(world.position, still, Bodies(world.radius, world.present, passive, walls))
+    near = find_contacts(
+        world.position, still, Bodies(world.radius, world.present, passive, world.walls)
+    )
     own = find_contacts(
-        world.position, still, Bodies(world.radius, passive, np.zeros_like(passive), walls)
+        world.position, still, Bodies(world.radius, passive, world.nobody, world.walls)
     )
     free = np.minimum(np.minimum(near.clearance, 0.5 * own.clearance), own.wall_clearance)
     limit = np.minimum(passive_speed, np.maximum(0.0, free) / dt)

@@ -14,6 +14,7 @@ import numpy as np
 
 from envs import Corridor, Doorway, Fleet, Rules, UShape
 from envs.scenarios import Packed, Scenario
+from envs.scenarios.packed import Layout
 from policies.bang_bang import BangBang
 from policies.policy import Policy
 from policies.ramming import Ramming
@@ -32,9 +33,9 @@ from safefilter.arrays import FloatArray
 from safefilter.constraints.priority_orca import Leg, VOpt
 from safefilter.kinematics.differential_drive import Mapping
 
-Layout = Literal["box", "corridor", "doorway", "U shape"]
+LayoutName = Literal["box", "corridor", "doorway", "U shape"]
 
-LAYOUTS: tuple[Layout, ...] = ("box", "corridor", "doorway", "U shape")
+LAYOUTS: tuple[LayoutName, ...] = ("box", "corridor", "doorway", "U shape")
 POLICIES: tuple[Policy, ...] = (UniformRandom(), BangBang(), Ramming(), StraightToGoal())
 MAPPINGS: tuple[Mapping, ...] = ("cut", "polygon")
 # Beams of the lidar from which alone robots know walls; 0: they have the map.
@@ -138,7 +139,7 @@ def drive_trials(seed: int, robot_steps: int) -> Iterator[DriveTrial]:
         )
 
 
-def layout_of(layout: Layout, fleet: Fleet, dt: float, rng: np.random.Generator) -> Scenario:
+def layout_of(layout: LayoutName, fleet: Fleet, dt: float, rng: np.random.Generator) -> Layout:
     """Draw walls with room for the robots, and thick enough for a lidar.
 
     Args:

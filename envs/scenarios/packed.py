@@ -10,7 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from envs.arcs import Segment, segment_distance
-from envs.scenarios.scenario import Placement, Scenario
+from envs.scenarios.corridor import Corridor
+from envs.scenarios.doorway import Doorway
+from envs.scenarios.scenario import Placement
+from envs.scenarios.u_shape import UShape
 from safefilter.arrays import FloatArray
 from safefilter.errors import OutOfRange
 from safefilter.jit import kernel
@@ -23,12 +26,16 @@ ROUNDING = 1e-13
 TIGHT = 1e-3
 
 
+Layout = Corridor | Doorway | UShape
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Packed:
     """Robots anywhere in the free space of a layout: many beside another robot, many beside a wall, some by chance.
 
     Free space is where a ray to infinity crosses the layout's walls an odd number of times: inside a box or a room, and
-    outside of a solid shape in it. Goals are the starts of others, in reverse order: everyone wants to cross.
+    outside of a solid shape in it. Goals are the starts of others, in reverse order: everyone wants to cross. Headings
+    are drawn uniformly.
 
     Attributes:
         layout: Whose walls these are; its own robots are not looked at.
@@ -36,9 +43,14 @@ class Packed:
         gap: Free distance to what a robot is put down beside, in m; from `TIGHT` on the largest.
     """
 
-    layout: Scenario
+    layout: Layout
     radius: FloatArray
     gap: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        return f"packed {self.layout.name}"
 
     @property
     def num_robots(self) -> int:
@@ -71,7 +83,8 @@ class Packed:
                     f"radius: no room for robot {k} of {self.num_robots}; make the layout larger"
                 )
             start[k] = tried[at]
-        return Placement(start=start, goal=start[::-1].copy())
+        heading = rng.uniform(-np.pi, np.pi, self.num_robots)
+        return Placement(start=start, goal=start[::-1].copy(), walls=walls, heading=heading)
 
     def _tries(self, rng: np.random.Generator, placed: FloatArray, k: int) -> FloatArray:
         """Places for robot k, shape (K, 2): anywhere, beside robots and beside walls, in any order."""

@@ -5,12 +5,12 @@ from hypothesis import strategies as st
 
 from envs import Corridor, Doorway, UShape
 from envs.arcs import Segment, segment_distance
-from envs.scenarios import Packed, Scenario
-from envs.scenarios.packed import first_free
+from envs.scenarios import Packed
+from envs.scenarios.packed import Layout, first_free
 from safefilter.arrays import FloatArray
 from safefilter.errors import OutOfRange
 
-LAYOUTS: list[Scenario] = [Corridor(), Doorway(), UShape(num_robots=4)]
+LAYOUTS: list[Layout] = [Corridor(), Doorway(), UShape(num_robots=4)]
 GAPS = (0.0, 1e-6, 0.3)
 
 
@@ -28,14 +28,18 @@ def distances_of_walls(place: FloatArray, radius: FloatArray, walls: FloatArray)
 
 
 @given(st.integers(0, 1000), st.sampled_from(LAYOUTS), st.sampled_from(GAPS))
-def test_nobody_overlaps_anything(seed: int, layout: Scenario, gap: float) -> None:
+def test_nobody_overlaps_anything(seed: int, layout: Layout, gap: float) -> None:
     rng = np.random.default_rng(seed)
     packed = Packed(layout, rng.uniform(0.03, 0.12, 8), gap)
     placement = packed.place(rng)
     assert distances_of_robots(placement.start, packed.radius).min() >= -1e-12
     assert distances_of_walls(placement.start, packed.radius, packed.walls).min() >= -1e-12
     np.testing.assert_array_equal(placement.goal, placement.start[::-1])
+    np.testing.assert_array_equal(placement.walls, layout.walls)
+    assert placement.heading is not None
+    assert (np.abs(placement.heading) <= np.pi).all()
     assert packed.half_extent == layout.half_extent
+    assert packed.name == f"packed {layout.name}"
 
 
 def test_many_start_in_contact_with_robots_and_walls() -> None:
