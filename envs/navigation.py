@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from envs.collision import CONTACT_TOLERANCE, Bodies, find_contacts
+from envs.collision import CONTACT_TOLERANCE, start_clearances
 from envs.crowd import Crowd, Crowded, Gait, walk_worlds
 from envs.dynamics import Movement
 from envs.fleet import Fleet
@@ -272,10 +272,6 @@ class Navigation:
             self.rules.dt,
         )
 
-    def _bodies(self) -> Bodies:
-        world = self.world
-        return Bodies(world.radius, world.present, world.collided, world.walls, world.person)
-
     def _place(self, w: int, placement: Placement) -> None:
         world, fleet = self.world, self.fleet
         world.position[w] = placement.start
@@ -305,16 +301,12 @@ class Navigation:
         self._gait.direction[w] = np.arctan2(*(placement.goal - placement.start).T[::-1])
 
     def _require_apart(self, worlds: list[int]) -> None:
-        position = self.world.position
-        at_rest = Movement(np.zeros_like(position), np.zeros(position.shape[:2]), self.rules.dt)
-        contacts = find_contacts(position, at_rest, self._bodies(), worlds=worlds)
-        for clearance, what in (
-            (contacts.clearance, "another"),
-            (contacts.wall_clearance, "a wall"),
+        for clearance, what in zip(
+            start_clearances(self.world, worlds), ("another", "a wall"), strict=True
         ):
             if (clearance < -CONTACT_TOLERANCE).any():
-                w, i = np.argwhere(clearance < -CONTACT_TOLERANCE)[0]
+                row, i = np.argwhere(clearance < -CONTACT_TOLERANCE)[0]
                 raise InvalidInput(
-                    f"robot {i} of world {w} starts {-clearance[w, i]:.3g} m inside {what}; "
+                    f"robot {i} of world {worlds[row]} starts {-clearance[row, i]:.3g} m inside {what}; "
                     "make the scenario larger or its jitter smaller"
                 )
