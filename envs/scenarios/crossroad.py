@@ -48,6 +48,11 @@ class Crossroad:
             positive_number(getattr(self, field), field)
 
     @property
+    def name(self) -> str:
+        """What the scenario is called in tables and pictures."""
+        return "crossroad"
+
+    @property
     def num_robots(self) -> int:
         """Two robots an arm."""
         return 2 * len(ARMS)
@@ -57,8 +62,22 @@ class Crossroad:
         """Half the side of the square that holds all starts, goals and walls, in m."""
         return self.arm_length + (self.end_margin if self.is_walled else self.jitter_radius)
 
-    @property
-    def walls(self) -> FloatArray:
+    def place(self, rng: np.random.Generator) -> Placement:
+        """Draw starts; robots 2k and 2k + 1 come from arm k, the first in the right lane."""
+        lanes = self._lanes()
+        travel = np.repeat(np.array(ARMS), 2, axis=0) * self.arm_length
+        start = lanes - travel + jitter(rng, self.num_robots, self.jitter_radius)
+        return Placement(start=start, goal=lanes + travel, walls=self._walls())
+
+    def _lanes(self) -> FloatArray:
+        offset = self.road_width / 4.0
+        return np.array([
+            (side * ahead_y * offset, -side * ahead_x * offset)
+            for ahead_x, ahead_y in ARMS
+            for side in (1.0, -1.0)
+        ])
+
+    def _walls(self) -> FloatArray:
         """The outline of the roads, shape (12, 2, 2), in m, or none, shape (0, 2, 2)."""
         if not self.is_walled:
             return np.zeros((0, 2, 2))
@@ -70,18 +89,3 @@ class Crossroad:
             for x, y in quarter
         ]
         return chain(*corners, corners[0])
-
-    def place(self, rng: np.random.Generator) -> Placement:
-        """Draw starts; robots 2k and 2k + 1 come from arm k, the first in the right lane."""
-        lanes = self._lanes()
-        travel = np.repeat(np.array(ARMS), 2, axis=0) * self.arm_length
-        start = lanes - travel + jitter(rng, self.num_robots, self.jitter_radius)
-        return Placement(start=start, goal=lanes + travel)
-
-    def _lanes(self) -> FloatArray:
-        offset = self.road_width / 4.0
-        return np.array([
-            (side * ahead_y * offset, -side * ahead_x * offset)
-            for ahead_x, ahead_y in ARMS
-            for side in (1.0, -1.0)
-        ])
