@@ -16,7 +16,16 @@ from envs.fleet import MAX_SPEED
 from envs.rules import Rules
 from envs.scenarios.regions import Gaps, Place, draw_places
 from envs.scenarios.scenario import NO_WALLS, Placement, chain
-from envs.scenarios.schema import Choice, Group, Span, Specification, Wall
+from envs.scenarios.schema import (
+    Choice,
+    CorridorWall,
+    CrossingWall,
+    Group,
+    Span,
+    Specification,
+    UShapeWall,
+    Wall,
+)
 from envs.scenarios.shapes import box, corridor, crossing, outline, turned_copies, u_shape
 from safefilter.arrays import BoolArray, FloatArray, frozen
 
@@ -166,24 +175,23 @@ class DescribedScenario:
 
 def _segments(wall: Wall) -> FloatArray:
     """Segments of a wall and its copies, shape (S, 2, 2), in units of the file."""
-    return turned_copies(_one(wall), wall.turns)
-
-
-def _one(wall: Wall) -> FloatArray:
-    if rectangle := wall.box or wall.room:
-        return box(*rectangle)
-    if wall.polygon:
-        return outline(wall.polygon)
-    if wall.path:
-        return chain(*wall.path)
-    if u := wall.u_shape:
-        return u_shape(
-            u.at, opens=math.radians(u.opens), width=u.width, depth=u.depth, thickness=u.thickness
-        )
-    if wall.crossing:
-        return crossing(wall.crossing.road_width, wall.crossing.arm_length)
-    if wall.corridor:
-        return corridor(
-            wall.corridor.ends, width=wall.corridor.width, thickness=wall.corridor.thickness
-        )
-    return NO_WALLS
+    shape = wall.shape
+    match shape:
+        case UShapeWall():
+            segments = u_shape(
+                shape.at,
+                opens=math.radians(shape.opens),
+                width=shape.width,
+                depth=shape.depth,
+                thickness=shape.thickness,
+            )
+        case CrossingWall():
+            segments = crossing(shape.road_width, shape.arm_length)
+        case CorridorWall():
+            segments = corridor(shape.ends, width=shape.width, thickness=shape.thickness)
+        case _:
+            if wall.path:
+                segments = chain(*shape)
+            else:
+                segments = box(*shape) if len(shape) == 2 else outline(shape)
+    return turned_copies(segments, wall.turns)

@@ -65,6 +65,9 @@ class CorridorWall(Part):
     thickness: Size = 0.1
 
 
+SHAPES = ("box", "room", "polygon", "path", "u_shape", "crossing", "corridor")
+
+
 class Wall(Part):
     """One shape, and optionally copies of it, evenly turned about the origin.
 
@@ -84,13 +87,18 @@ class Wall(Part):
 
     @model_validator(mode="after")
     def _is_one_shape(self) -> Self:
-        shapes = sorted(type(self).model_fields.keys() - {"turns"})
-        named = [shape for shape in shapes if getattr(self, shape) is not None]
+        named = [shape for shape in SHAPES if getattr(self, shape) is not None]
         if len(named) != 1:
             raise ValueError(
-                f"expected one of {', '.join(shapes)}, got {', '.join(named) or 'none'}"
+                f"expected one of {', '.join(SHAPES)}, got {', '.join(named) or 'none'}"
             )
         return self
+
+    @property
+    def shape(self) -> tuple[Point, ...] | UShapeWall | CrossingWall | CorridorWall:
+        """The one that the file names."""
+        shapes = (getattr(self, shape) for shape in SHAPES)
+        return next(shape for shape in shapes if shape is not None)
 
 
 class Disc(Part):
