@@ -11,13 +11,13 @@ import numpy as np
 
 from envs.arcs import Path, Segment, first_entry, least_path_distance
 from envs.dynamics import Movement
+from envs.walls import WallArrays, WallMap
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import kernel
 from safefilter.threads import over_ranges
 
 # Discs may start exactly touching. Coordinates of kilometres are rounded to 1e-13 m; a nanometre is no rounding.
 CONTACT_TOLERANCE = 1e-9
-NO_WALLS: FloatArray = np.zeros((0, 2, 2))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,13 +28,13 @@ class Bodies:
         radius: Shape (W, N), in m.
         present: Shape (W, N): robots with a body.
         wrecked: Shape (W, N): robots that have collided before; two of them are not judged again, nor one and a wall.
-        walls: Segments, the same in all worlds, shape (S, 2, 2), in m.
+        walls: Walls of each world.
     """
 
     radius: FloatArray
     present: BoolArray
     wrecked: BoolArray
-    walls: FloatArray
+    walls: WallMap
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +108,7 @@ def find_contacts(position: FloatArray, movement: Movement, bodies: Bodies) -> C
             movement.turn,
             bodies.radius,
             bodies.present & ~bodies.wrecked,
-            bodies.walls,
+            bodies.walls.arrays,
             contacts.wall_clearance,
             contacts.hit_wall,
             contacts.fraction,
@@ -174,7 +174,7 @@ def _judge_walls(  # noqa: PLR0917  # a kernel takes arrays, not records
     turn: FloatArray,
     radius: FloatArray,
     judged: BoolArray,
-    walls: FloatArray,
+    walls: WallArrays,
     clearance: FloatArray,
     hit: BoolArray,
     fraction: FloatArray,
@@ -194,8 +194,9 @@ def _judge_walls(  # noqa: PLR0917  # a kernel takes arrays, not records
                 0.0,
             )
             reach = radius[w, i]
-            for k in range(len(walls)):
-                wall = Segment(walls[k, 0, 0], walls[k, 0, 1], walls[k, 1, 0], walls[k, 1, 1])
+            for k in range(walls.num_walls[w]):
+                a_x, a_y, b_x, b_y = walls.segment[w, k]
+                wall = Segment(a_x, a_y, b_x, b_y)
                 enough = reach + max(0.0, clearance[w, i])
                 gap = least_path_distance(path, wall, enough) - reach
                 clearance[w, i] = min(clearance[w, i], gap)

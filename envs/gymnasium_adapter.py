@@ -113,9 +113,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         super().reset(seed=seed, options=options)
         self.navigation.reset(int(self.np_random.integers(2**31)))
         navigation = self.navigation
-        self._recorder = Recorder(
-            navigation.world, 0, navigation.rules.dt, walls=navigation.scenario.walls
-        )
+        self._recorder = Recorder(navigation.world, 0, navigation.rules.dt)
         return self._observation(), _info(np.inf, np.inf, arrived=False, collided=False)
 
     def step(

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from envs.walls import WallArrays
 from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray
 from safefilter.jit import formula, kernel
@@ -18,14 +19,11 @@ from safefilter.threads import over_ranges
 END_SLACK = 1e-9
 
 
-def cast_beams(
-    world: World, walls: FloatArray, num_beams: int, greatest_range: float
-) -> FloatArray:
+def cast_beams(world: World, num_beams: int, greatest_range: float) -> FloatArray:
     """Scan once round, counterclockwise from each robot's heading.
 
     Args:
         world: State.
-        walls: Shape (S, 2, 2), in m.
         num_beams: Number of beams K, evenly spaced.
         greatest_range: Distance up to which beams come back, in m.
 
@@ -43,7 +41,7 @@ def cast_beams(
             world.heading,
             world.radius,
             world.present,
-            np.ascontiguousarray(walls),
+            world.walls.arrays,
             greatest_range,
             ranges,
         )
@@ -87,7 +85,7 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
     heading: FloatArray,
     radius: FloatArray,
     present: BoolArray,
-    walls: FloatArray,
+    walls: WallArrays,
     greatest_range: float,
     ranges: FloatArray,
 ) -> None:
@@ -101,12 +99,12 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
                 angle = heading[w, i] + k * (2.0 * math.pi / num_beams)
                 u_x, u_y = math.cos(angle), math.sin(angle)
                 nearest = math.inf
-                for s in range(len(walls)):
+                for s in range(walls.num_walls[w]):
                     hit = distance_to_segment(
-                        walls[s, 0, 0] - x,
-                        walls[s, 0, 1] - y,
-                        walls[s, 1, 0] - x,
-                        walls[s, 1, 1] - y,
+                        walls.segment[w, s, 0] - x,
+                        walls.segment[w, s, 1] - y,
+                        walls.segment[w, s, 2] - x,
+                        walls.segment[w, s, 3] - y,
                         u_x,
                         u_y,
                     )

@@ -20,9 +20,9 @@ from envs.fleet import Fleet
 from envs.lidar import cast_beams
 from envs.outcome import Outcome
 from envs.rules import AfterArrival, Rules
-from envs.scenarios import Scenario
+from envs.scenarios import Placement, Scenario
 from envs.world import World
-from safefilter.arrays import BoolArray, FloatArray, finite_array
+from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
 from safefilter.scene import Scene
@@ -69,7 +69,6 @@ class Navigation:
                 f"the fleet has {self.fleet.num_robots}"
             )
         self.world = World.empty(num_worlds, self.fleet)
-        self._walls = np.ascontiguousarray(scenario.walls)
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
 
     def reset(self, seed: int | None = None, *, worlds: npt.ArrayLike = True) -> None:
@@ -85,10 +84,14 @@ class Navigation:
         Raises:
             InvalidInput: If the scenario places two robots into each other, or one into a wall.
         """
-        for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))):
+        walls = {}
+        for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))).tolist():
             if seed is not None:
-                self._generators[w] = np.random.default_rng([seed, int(w)])
-            self._place(int(w))
+                self._generators[w] = np.random.default_rng([seed, w])
+            placement = self.scenario.place(self._generators[w])
+            self._place(w, placement)
+            walls[w] = placement.walls
+        self.world.walls.replace(walls)
         self._require_apart()
 
     def step(self, actions: npt.ArrayLike) -> Outcome:
@@ -187,14 +190,23 @@ class Navigation:
             world=numbers,
             reach=self.rules.sensing_range,
             heading=world.heading[worlds].ravel(),
-            walls=self._walls if has_map and len(self._walls) else None,
+            own_walls=self._map(worlds) if has_map else None,
             lidar=None if has_map else self._scan(worlds),
         )
 
     def _scan(self, worlds: slice) -> Lidar:
         world, rules = self.world, self.rules
-        ranges = cast_beams(world, self._walls, rules.num_beams, rules.lidar_range)
+        ranges = cast_beams(world, rules.num_beams, rules.lidar_range)
         return Lidar.scan(ranges[worlds].reshape(-1, rules.num_beams))
+
+    def _map(self, worlds: slice) -> tuple[FloatArray, IntArray] | None:
+        """Walls of the worlds, and which of them each robot knows: those of its own world."""
+        arrays = self.world.walls.arrays
+        segment, count = arrays.segment[worlds], arrays.num_walls[worlds]
+        num_worlds, most = segment.shape[:2]
+        first = np.repeat(most * np.arange(num_worlds), self.world.num_robots)
+        ranges = np.stack([first, first + np.repeat(count, self.world.num_robots)], axis=1)
+        return (segment.reshape(-1, 2, 2), ranges) if most else None
 
     def _movement(self, actions: FloatArray) -> Movement:
         world, dt = self.world, self.rules.dt
@@ -205,18 +217,20 @@ class Navigation:
 
     def _bodies(self) -> Bodies:
         world = self.world
-        return Bodies(world.radius, world.present, world.collided, self._walls)
+        return Bodies(world.radius, world.present, world.collided, world.walls)
 
-    def _place(self, w: int) -> None:
-        world = self.world
-        placement = self.scenario.place(self._generators[w])
+    def _place(self, w: int, placement: Placement) -> None:
+        world, fleet = self.world, self.fleet
         world.position[w] = placement.start
         world.goal[w] = placement.goal
         world.velocity[w] = 0.0
         if world.is_differential:
             ahead = placement.goal - placement.start
-            world.heading[w] = np.arctan2(ahead[:, 1], ahead[:, 0])
-        world.cooperative[w] = self.fleet.cooperative
+            towards_goal = np.arctan2(ahead[:, 1], ahead[:, 0])
+            world.heading[w] = towards_goal if placement.heading is None else placement.heading
+        world.v_max[w] = fleet.v_max if placement.v_max is None else placement.v_max
+        world.priority[w] = fleet.priority if placement.priority is None else placement.priority
+        world.cooperative[w] = fleet.cooperative
         world.present[w] = True
         world.arrived[w] = False
         world.collided[w] = False

@@ -13,6 +13,7 @@ import numpy as np
 
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
+from envs.walls import WallMap
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -35,6 +36,7 @@ class World:
         collided: Shape (W, N): has touched another robot or a wall, and stands still since.
         arrival_time: Shape (W, N), in s; NaN for robots that have not arrived.
         step_count: Steps since the reset, shape (W,).
+        walls: Walls of each world.
         kinematics: How robots move.
     """
 
@@ -52,6 +54,7 @@ class World:
     collided: BoolArray
     arrival_time: FloatArray
     step_count: IntArray
+    walls: WallMap
     kinematics: Kinematics
 
     @classmethod
@@ -73,6 +76,7 @@ class World:
             collided=np.zeros(shape, dtype=np.bool_),
             arrival_time=np.full(shape, np.nan),
             step_count=np.zeros(num_worlds, dtype=np.int64),
+            walls=WallMap(num_worlds),
             kinematics=fleet.kinematics,
         )
 
@@ -89,6 +93,10 @@ class World:
     def num_robots(self) -> int:
         """Number of robots N in each world."""
         return int(self.position.shape[1])
+
+    def walls_of(self, number: int) -> FloatArray:
+        """Walls of one world, shape (S, 2, 2), in m."""
+        return self.walls.of(number)
 
     @property
     def is_differential(self) -> bool:

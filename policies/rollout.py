@@ -67,7 +67,7 @@ def roll_out(
     world = navigation.world
     rng = np.random.default_rng([seed, world.num_worlds])
     metrics = Metrics.empty(world.num_worlds, world.num_robots)
-    recorder = Recorder(world, 0, navigation.rules.dt, walls=navigation.scenario.walls)
+    recorder = Recorder(world, 0, navigation.rules.dt)
     limit = navigation.rules.max_steps if max_steps is None else max_steps
     decision_times = []
     for _ in range(limit):

@@ -46,7 +46,7 @@ class Circle:
 
     @property
     def name(self) -> str:
-        """What the scenario is called in tables and pictures."""
+        """What it is called."""
         return "circle"
 
     @property

@@ -48,13 +48,19 @@ class Corridor:
 
     @property
     def name(self) -> str:
-        """What the scenario is called in tables and pictures."""
+        """What it is called."""
         return "corridor"
 
     @property
     def half_extent(self) -> float:
         """Half the side of the square that holds all starts, goals and walls, in m."""
         return max(self.length, self.width) / 2.0
+
+    @property
+    def walls(self) -> FloatArray:
+        """The four sides of the box, shape (4, 2, 2), in m."""
+        x, y = self.length / 2.0, self.width / 2.0
+        return chain((x, -y), (x, y), (-x, y), (-x, -y), (x, -y))
 
     def place(self, rng: np.random.Generator) -> Placement:
         """Draw starts; goals are the undisturbed starts, mirrored."""
@@ -63,9 +69,4 @@ class Corridor:
         west = rows_of(self.num_robots // 2, first_x=first_x, spacing=self.spacing, lanes=lanes)
         undisturbed = np.concatenate([west, -west])
         start = undisturbed + jitter(rng, self.num_robots, self.jitter_radius)
-        return Placement(start=start, goal=undisturbed * [-1.0, 1.0], walls=self._walls())
-
-    def _walls(self) -> FloatArray:
-        """The four sides of the box, shape (4, 2, 2), in m."""
-        x, y = self.length / 2.0, self.width / 2.0
-        return chain((x, -y), (x, y), (-x, y), (-x, -y), (x, -y))
+        return Placement(start=start, goal=undisturbed * [-1.0, 1.0], walls=self.walls)

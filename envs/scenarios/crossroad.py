@@ -49,7 +49,7 @@ class Crossroad:
 
     @property
     def name(self) -> str:
-        """What the scenario is called in tables and pictures."""
+        """What it is called."""
         return "crossroad"
 
     @property
@@ -62,22 +62,8 @@ class Crossroad:
         """Half the side of the square that holds all starts, goals and walls, in m."""
         return self.arm_length + (self.end_margin if self.is_walled else self.jitter_radius)
 
-    def place(self, rng: np.random.Generator) -> Placement:
-        """Draw starts; robots 2k and 2k + 1 come from arm k, the first in the right lane."""
-        lanes = self._lanes()
-        travel = np.repeat(np.array(ARMS), 2, axis=0) * self.arm_length
-        start = lanes - travel + jitter(rng, self.num_robots, self.jitter_radius)
-        return Placement(start=start, goal=lanes + travel, walls=self._walls())
-
-    def _lanes(self) -> FloatArray:
-        offset = self.road_width / 4.0
-        return np.array([
-            (side * ahead_y * offset, -side * ahead_x * offset)
-            for ahead_x, ahead_y in ARMS
-            for side in (1.0, -1.0)
-        ])
-
-    def _walls(self) -> FloatArray:
+    @property
+    def walls(self) -> FloatArray:
         """The outline of the roads, shape (12, 2, 2), in m, or none, shape (0, 2, 2)."""
         if not self.is_walled:
             return np.zeros((0, 2, 2))
@@ -89,3 +75,18 @@ class Crossroad:
             for x, y in quarter
         ]
         return chain(*corners, corners[0])
+
+    def place(self, rng: np.random.Generator) -> Placement:
+        """Draw starts; robots 2k and 2k + 1 come from arm k, the first in the right lane."""
+        lanes = self._lanes()
+        travel = np.repeat(np.array(ARMS), 2, axis=0) * self.arm_length
+        start = lanes - travel + jitter(rng, self.num_robots, self.jitter_radius)
+        return Placement(start=start, goal=lanes + travel, walls=self.walls)
+
+    def _lanes(self) -> FloatArray:
+        offset = self.road_width / 4.0
+        return np.array([
+            (side * ahead_y * offset, -side * ahead_x * offset)
+            for ahead_x, ahead_y in ARMS
+            for side in (1.0, -1.0)
+        ])

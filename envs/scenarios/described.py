@@ -15,7 +15,7 @@ import numpy as np
 from envs.fleet import MAX_SPEED
 from envs.rules import Rules
 from envs.scenarios.regions import Gaps, Place, draw_places
-from envs.scenarios.scenario import NO_WALLS, Placement, chain
+from envs.scenarios.scenario import Placement, chain
 from envs.scenarios.schema import (
     Choice,
     CorridorWall,
@@ -27,6 +27,7 @@ from envs.scenarios.schema import (
     Wall,
 )
 from envs.scenarios.shapes import box, corridor, crossing, outline, turned_copies, u_shape
+from envs.walls import NO_WALLS
 from safefilter.arrays import BoolArray, FloatArray, frozen
 
 
@@ -189,9 +190,10 @@ def _segments(wall: Wall) -> FloatArray:
             segments = crossing(shape.road_width, shape.arm_length)
         case CorridorWall():
             segments = corridor(shape.ends, width=shape.width, thickness=shape.thickness)
-        case _:
-            if wall.path:
-                segments = chain(*shape)
-            else:
-                segments = box(*shape) if len(shape) == 2 else outline(shape)
+        case _ if wall.path:
+            segments = chain(*shape)
+        case _ if wall.polygon:
+            segments = outline(shape)
+        case first, second:
+            segments = box(first, second)
     return turned_copies(segments, wall.turns)

@@ -53,13 +53,22 @@ class Doorway:
 
     @property
     def name(self) -> str:
-        """What the scenario is called in tables and pictures."""
+        """What it is called."""
         return "doorway"
 
     @property
     def half_extent(self) -> float:
         """Half the side of the square that holds all starts, goals and walls, in m."""
         return self.room_size + self.thickness / 2.0
+
+    @property
+    def walls(self) -> FloatArray:
+        """The outline of both rooms and the door, shape (12, 2, 2), in m."""
+        x, y = self.half_extent, self.room_size / 2.0
+        half, door = self.thickness / 2.0, self.door_width / 2.0
+        east = [(half, door), (half, y), (x, y), (x, -y), (half, -y), (half, -door)]
+        west = [(-corner_x, -corner_y) for corner_x, corner_y in east]
+        return chain(*east, *west, east[0])
 
     def place(self, rng: np.random.Generator) -> Placement:
         """Draw starts; goals are the undisturbed starts, mirrored at the centre of the door."""
@@ -68,12 +77,4 @@ class Doorway:
         west = rows_of(self.num_robots // 2, first_x=first_x, spacing=0.5, lanes=lanes)
         undisturbed = np.concatenate([west, -west])
         start = undisturbed + jitter(rng, self.num_robots, self.jitter_radius)
-        return Placement(start=start, goal=-undisturbed, walls=self._walls())
-
-    def _walls(self) -> FloatArray:
-        """The outline of both rooms and the door, shape (12, 2, 2), in m."""
-        x, y = self.half_extent, self.room_size / 2.0
-        half, door = self.thickness / 2.0, self.door_width / 2.0
-        east = [(half, door), (half, y), (x, y), (x, -y), (half, -y), (half, -door)]
-        west = [(-corner_x, -corner_y) for corner_x, corner_y in east]
-        return chain(*east, *west, east[0])
+        return Placement(start=start, goal=-undisturbed, walls=self.walls)

@@ -118,12 +118,12 @@ def _is_fixed(region: Region) -> bool:
 def _draw(region: Region, number: int, rng: np.random.Generator) -> FloatArray:
     match region:
         case Disc():
-            return np.asarray(region.at) + jitter(rng, 1, region.jitter)[0]
+            return np.asarray(region.at + jitter(rng, 1, region.jitter)[0])
         case Rectangle():
             return rng.uniform(*np.sort(region.box, axis=0))
         case Grid():
             spread = 0.0 if region.jitter is None else jitter(rng, 1, region.jitter)[0]
-            return _grid_point(region, number) + spread
+            return np.asarray(_grid_point(region, number) + spread)
         case AnyOf():
             return _draw(region.any_of[rng.integers(len(region.any_of))], number, rng)
         case _:

@@ -1,4 +1,4 @@
-"""Scenario: where robots start, where they want to go, and between which walls.
+"""Scenario: where robots start, where they want to go, and what stands between.
 
 Letters: N robots, S walls. SI units; x points east, y north.
 """
@@ -10,9 +10,8 @@ from typing import Protocol
 
 import numpy as np
 
-from safefilter.arrays import FloatArray, frozen
-
-NO_WALLS: FloatArray = frozen(np.zeros((0, 2, 2)))
+from envs.walls import NO_WALLS
+from safefilter.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,11 +36,14 @@ class Placement:
 
 
 class Scenario(Protocol):
-    """Places the robots of one world at a time, and its walls."""
+    """Places the robots of one world at a time, and the walls between them.
+
+    A scenario with people has an attribute ``crowd`` as well, an `envs.crowd.Crowd`.
+    """
 
     @property
     def name(self) -> str:
-        """What the scenario is called in tables and pictures."""
+        """What it is called."""
         ...
 
     @property

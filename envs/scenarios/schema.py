@@ -65,6 +65,7 @@ class CorridorWall(Part):
     thickness: Size = 0.1
 
 
+Shape = tuple[Point, ...] | UShapeWall | CrossingWall | CorridorWall
 SHAPES = ("box", "room", "polygon", "path", "u_shape", "crossing", "corridor")
 
 
@@ -95,9 +96,9 @@ class Wall(Part):
         return self
 
     @property
-    def shape(self) -> tuple[Point, ...] | UShapeWall | CrossingWall | CorridorWall:
+    def shape(self) -> Shape:
         """The one that the file names."""
-        shapes = (getattr(self, shape) for shape in SHAPES)
+        shapes: list[Shape | None] = [getattr(self, shape) for shape in SHAPES]
         return next(shape for shape in shapes if shape is not None)
 
 

@@ -78,7 +78,7 @@ def moved(walls: FloatArray, offset: Point, angle: float) -> FloatArray:
     Returns:
         Shape (..., 2), in m.
     """
-    return turned(walls, angle) + np.array(offset)
+    return np.asarray(turned(walls, angle) + np.array(offset))
 
 
 def turned(points: FloatArray, angle: float) -> FloatArray:

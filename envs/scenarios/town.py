@@ -1,8 +1,8 @@
 """Town: streets to train in, and others to test in.
 
-The paper trains in "a simulated town with multiple intersections and many obstacles" (Fig. 4(b)) and prints no plan of
-it. Maps are drawn by `town_map`; traffic is drawn anew in every episode: robots that meet head-on, fast ones behind slow
-ones, and others that go anywhere.
+The paper trains in "a simulated town with multiple intersections and many obstacles" (Fig. 4(b)) and prints no plan
+of it. Maps are drawn by `town_map`; traffic is drawn anew in every episode: robots that meet head-on, fast ones behind
+slow ones, and others that go anywhere.
 
 Letters: N robots. SI units.
 """

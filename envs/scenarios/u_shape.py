@@ -46,7 +46,7 @@ class UShape:
 
     @property
     def name(self) -> str:
-        """What the scenario is called in tables and pictures."""
+        """What it is called."""
         return "U shape"
 
     @property
@@ -55,16 +55,8 @@ class UShape:
         rows = (self.num_robots + 1) // 2
         return max(self.depth, self.width) / 2.0 + self.thickness + 0.6 + 0.5 * rows
 
-    def place(self, rng: np.random.Generator) -> Placement:
-        """Draw starts west of the U; goals are the undisturbed starts, mirrored."""
-        lanes = (-self.width / 4.0, self.width / 4.0)
-        undisturbed = rows_of(
-            self.num_robots, first_x=0.35 - self.half_extent, spacing=0.5, lanes=lanes
-        )
-        start = undisturbed + jitter(rng, self.num_robots, self.jitter_radius)
-        return Placement(start=start, goal=undisturbed * [-1.0, 1.0], walls=self._walls())
-
-    def _walls(self) -> FloatArray:
+    @property
+    def walls(self) -> FloatArray:
         """The box and the outline of the U, shape (12, 2, 2), in m."""
         far, back, mouth = self.half_extent, self.depth / 2.0, -self.depth / 2.0
         inside, outside, behind = (
@@ -85,3 +77,12 @@ class UShape:
             (mouth, inside),
         )
         return np.concatenate([box, trap])
+
+    def place(self, rng: np.random.Generator) -> Placement:
+        """Draw starts west of the U; goals are the undisturbed starts, mirrored."""
+        lanes = (-self.width / 4.0, self.width / 4.0)
+        undisturbed = rows_of(
+            self.num_robots, first_x=0.35 - self.half_extent, spacing=0.5, lanes=lanes
+        )
+        start = undisturbed + jitter(rng, self.num_robots, self.jitter_radius)
+        return Placement(start=start, goal=undisturbed * [-1.0, 1.0], walls=self.walls)

@@ -71,7 +71,7 @@ class Ways:
 
     def _cells(self, points: FloatArray) -> IntArray:
         column, row = np.rint((points - self.origin) / CELL).astype(np.int64).T
-        return row * self.free.shape[1] + column
+        return np.asarray(row * self.free.shape[1] + column)
 
     def _graph(self) -> csr_array:
         number = np.arange(self.free.size).reshape(self.free.shape)

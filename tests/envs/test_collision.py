@@ -3,12 +3,12 @@ import pytest
 
 from envs.collision import (
     CONTACT_TOLERANCE,
-    NO_WALLS,
     Bodies,
     Contacts,
     find_contacts,
 )
 from envs.dynamics import Movement
+from envs.walls import WallMap
 from safefilter.arrays import BoolArray, FloatArray
 
 RADIUS = 0.1
@@ -43,7 +43,7 @@ def straight(
 ) -> Contacts:
     """Nobody turns, and there are no walls."""
     movement = Movement(displacement, np.zeros(radius.shape), 1.0)
-    return find_contacts(position, movement, Bodies(radius, present, wrecked, NO_WALLS))
+    return find_contacts(position, movement, Bodies(radius, present, wrecked, WallMap(len(radius))))
 
 
 def random_step(
@@ -225,7 +225,7 @@ def judge_drives(
     movement = Movement(displacement, rng.uniform(-3.0, 3.0, shape), 1.0)
     walls = rng.uniform(-1.0, 1.0, (3, 2, 2))
     everyone = np.ones(shape, dtype=np.bool_)
-    bodies = Bodies(radius, everyone, ~everyone, walls)
+    bodies = Bodies(radius, everyone, ~everyone, WallMap.everywhere(walls, len(everyone)))
     return position, movement, find_contacts(position, movement, bodies), walls
 
 
@@ -259,7 +259,7 @@ def test_drives_stopped_at_their_first_contact_touch_nothing() -> None:
     position, movement, contacts, walls = judge_drives(3, (300, 2))
     radius = random_step(3, (300, 2))[2]
     everyone = np.ones(radius.shape, dtype=np.bool_)
-    bodies = Bodies(radius, everyone, ~everyone, walls)
+    bodies = Bodies(radius, everyone, ~everyone, WallMap.everywhere(walls, len(everyone)))
     at_rest = Movement(np.zeros_like(position), np.zeros(radius.shape), 1.0)
     before = find_contacts(position, at_rest, bodies)
     apart = ~(before.touched | before.hit_wall).any(axis=1)
@@ -275,21 +275,25 @@ def test_drives_stopped_at_their_first_contact_touch_nothing() -> None:
 def test_robot_that_drives_into_a_wall_stops_at_it() -> None:
     everyone = np.ones((1, 1), dtype=np.bool_)
     walls = np.array([[[1.0, -1.0], [1.0, 1.0]]])
-    bodies = Bodies(np.full((1, 1), RADIUS), everyone, ~everyone, walls)
+    bodies = Bodies(
+        np.full((1, 1), RADIUS), everyone, ~everyone, WallMap.everywhere(walls, len(everyone))
+    )
     movement = Movement(np.array([[[1.8, 0.0]]]), np.zeros((1, 1)), 1.0)
     contacts = find_contacts(np.zeros((1, 1, 2)), movement, bodies)
     assert contacts.hit_wall.tolist() == [[True]]
     np.testing.assert_allclose(contacts.wall_clearance, -RADIUS)
     np.testing.assert_allclose(contacts.fraction, 0.5)
     assert np.isinf(contacts.clearance).all()
-    wreck = Bodies(bodies.radius, everyone, everyone, walls)
+    wreck = Bodies(bodies.radius, everyone, everyone, WallMap.everywhere(walls, 1))
     assert not find_contacts(np.zeros((1, 1, 2)), movement, wreck).hit_wall.any()
 
 
 def test_robot_may_slide_along_a_wall_that_it_touches() -> None:
     everyone = np.ones((1, 1), dtype=np.bool_)
     walls = np.array([[[RADIUS, -1.0], [RADIUS, 1.0]]])
-    bodies = Bodies(np.full((1, 1), RADIUS), everyone, ~everyone, walls)
+    bodies = Bodies(
+        np.full((1, 1), RADIUS), everyone, ~everyone, WallMap.everywhere(walls, len(everyone))
+    )
     movement = Movement(np.array([[[0.0, 0.3]]]), np.zeros((1, 1)), 1.0)
     contacts = find_contacts(np.zeros((1, 1, 2)), movement, bodies)
     assert not contacts.hit_wall.any()

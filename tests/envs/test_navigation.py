@@ -6,7 +6,6 @@ import pytest
 
 from envs import AfterArrival, Circle, Crossroad, Fleet, Navigation, Outcome, Rules
 from envs.scenarios import Placement, Scenario
-from safefilter.arrays import FloatArray
 from safefilter.errors import InvalidInput, NotFinite, OutOfRange, ShapeError
 
 
@@ -17,10 +16,7 @@ class HeadOn:
     gap: float = 1.0
     num_robots: int = 3
     half_extent: float = 10.0
-
-    @property
-    def walls(self) -> FloatArray:
-        return np.zeros((0, 2, 2))
+    name: str = "head on"
 
     def place(self, rng: np.random.Generator) -> Placement:
         del rng
@@ -319,8 +315,10 @@ def test_scenes_hold_headings_and_walls() -> None:
         assert scene.heading is not None
         np.testing.assert_array_equal(scene.heading[-8:], navigation.world.heading[1])
         np.testing.assert_array_equal(
-            scene.walls[:, :4].reshape(-1, 2, 2), navigation.scenario.walls
+            scene.walls[slice(*scene.wall_range[-1]), :4].reshape(-1, 2, 2),
+            navigation.world.walls_of(1),
         )
+        assert scene.most_walls == 12
 
 
 def test_wanted_commands_reach_the_scene_as_mean_velocities() -> None:
