@@ -120,7 +120,7 @@ def _draw(region: Region, number: int, rng: np.random.Generator) -> FloatArray:
         case Disc():
             return np.asarray(region.at + jitter(rng, 1, region.jitter)[0])
         case Rectangle():
-            return rng.uniform(*np.sort(region.box, axis=0))
+            return np.asarray(rng.uniform(*np.sort(region.box, axis=0)))
         case Grid():
             spread = 0.0 if region.jitter is None else jitter(rng, 1, region.jitter)[0]
             return np.asarray(_grid_point(region, number) + spread)
