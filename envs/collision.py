@@ -9,15 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from envs.arcs import Path, Segment, first_entry, least_path_distance
+from envs.collision_kernel import (
+    CONTACT_TOLERANCE,
+    ContactArrays,
+    StepArrays,
+    judge_robots,
+    judge_walls,
+)
 from envs.dynamics import Movement
+from envs.robot_grid_kernel import empty_robot_grid, sort_robots
 from envs.walls import WallArrays, WallMap
+from envs.world import over_worlds
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import kernel
-from safefilter.threads import over_ranges
 
-# Discs may start exactly touching. Coordinates of kilometres are rounded to 1e-13 m; a nanometre is no rounding.
-CONTACT_TOLERANCE = 1e-9
+__all__ = ["CONTACT_TOLERANCE", "Bodies", "Contacts", "find_contacts"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,12 +35,14 @@ class Bodies:
         present: Shape (W, N): robots with a body.
         wrecked: Shape (W, N): robots that have collided before; two of them are not judged again, nor one and a wall.
         walls: Walls of each world.
+        person: Shape (W, N): people, who look after each other and after walls themselves; None: nobody.
     """
 
     radius: FloatArray
     present: BoolArray
     wrecked: BoolArray
     walls: WallMap
+    person: BoolArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +51,8 @@ class Contacts:
 
     Attributes:
         clearance: Least free distance of each robot to any other during the step, shape (W, N), in m; negative is
-            how deep discs would have entered each other, inf is nobody there. A lower bound, up to 0.5e-9 m below.
+            how deep discs would have entered each other, inf is nobody within the horizon. A lower bound, at most
+            0.5e-9 m below, or a twentieth of it, whichever is more.
         wall_clearance: The same to the nearest wall.
         touched: Shape (W, N): entered another robot.
         hit_wall: Shape (W, N): entered a wall.
@@ -57,6 +66,18 @@ class Contacts:
     hit_wall: BoolArray
     fraction: FloatArray
     num_pairs: IntArray
+
+    @property
+    def arrays(self) -> ContactArrays:
+        """For kernels, which write to them."""
+        return ContactArrays(
+            self.clearance,
+            self.wall_clearance,
+            self.touched,
+            self.hit_wall,
+            self.fraction,
+            self.num_pairs,
+        )
 
     @classmethod
     def none(cls, num_worlds: int, num_robots: int) -> Contacts:
@@ -72,7 +93,9 @@ class Contacts:
         )
 
 
-def find_contacts(position: FloatArray, movement: Movement, bodies: Bodies) -> Contacts:
+def find_contacts(
+    position: FloatArray, movement: Movement, bodies: Bodies, horizon: float = np.inf
+) -> Contacts:
     """Judge one step of every pair of robots, and of every robot and wall, in every world.
 
     All are judged on the whole movement asked for, also where a robot is stopped by an earlier contact.
@@ -81,125 +104,40 @@ def find_contacts(position: FloatArray, movement: Movement, bodies: Bodies) -> C
         position: Centres at the start of the step, shape (W, N, 2), in m.
         movement: Movements during the step.
         bodies: Robots and walls.
+        horizon: Free distance at the start up to which clearances are reported, in m. Contacts are found anyway.
     """
     num_worlds, num_robots = bodies.radius.shape
     contacts = Contacts.none(num_worlds, num_robots)
+    step = StepArrays(
+        position=position,
+        displacement=movement.displacement,
+        turn=movement.turn,
+        travel=np.hypot(movement.displacement[..., 0], movement.displacement[..., 1]),
+        radius=bodies.radius,
+        present=bodies.present,
+        wrecked=bodies.wrecked,
+        person=np.zeros_like(bodies.present) if bodies.person is None else bodies.person,
+    )
 
     def judge(first: int, last: int) -> None:
-        _judge_pairs(
-            first,
-            last,
-            position,
-            movement.displacement,
-            movement.turn,
-            bodies.radius,
-            bodies.present,
-            bodies.wrecked,
-            contacts.clearance,
-            contacts.touched,
-            contacts.fraction,
-            contacts.num_pairs,
-        )
-        _judge_walls(
-            first,
-            last,
-            position,
-            movement.displacement,
-            movement.turn,
-            bodies.radius,
-            bodies.present & ~bodies.wrecked,
-            bodies.walls.arrays,
-            contacts.wall_clearance,
-            contacts.hit_wall,
-            contacts.fraction,
-        )
+        _judge(first, last, step, contacts.arrays, bodies.walls.arrays, horizon)
 
-    over_ranges(judge, num_worlds)
+    over_worlds(judge, num_worlds, num_robots)
     return contacts
 
 
 @kernel
-def _judge_pairs(  # noqa: PLR0917  # a kernel takes arrays, not records
+def _judge(  # noqa: PLR0917  # a kernel takes arrays, not records
     first_world: int,
     last_world: int,
-    position: FloatArray,
-    displacement: FloatArray,
-    turn: FloatArray,
-    radius: FloatArray,
-    present: BoolArray,
-    wrecked: BoolArray,
-    clearance: FloatArray,
-    touched: BoolArray,
-    fraction: FloatArray,
-    num_pairs: IntArray,
-) -> None:
-    point = Segment(0.0, 0.0, 0.0, 0.0)
-    num_robots = radius.shape[1]
-    for w in range(first_world, last_world):
-        for i in range(num_robots):
-            for j in range(i + 1, num_robots):
-                if not (present[w, i] and present[w, j]) or (wrecked[w, i] and wrecked[w, j]):
-                    continue
-                path = Path(
-                    position[w, j, 0] - position[w, i, 0],
-                    position[w, j, 1] - position[w, i, 1],
-                    displacement[w, j, 0],
-                    displacement[w, j, 1],
-                    turn[w, j],
-                    displacement[w, i, 0],
-                    displacement[w, i, 1],
-                    turn[w, i],
-                )
-                reach = radius[w, i] + radius[w, j]
-                # What is further than both robots' least clearance so far need not be known exactly.
-                enough = reach + max(0.0, clearance[w, i], clearance[w, j])
-                gap = least_path_distance(path, point, enough) - reach
-                clearance[w, i] = min(clearance[w, i], gap)
-                clearance[w, j] = min(clearance[w, j], gap)
-                if gap < -CONTACT_TOLERANCE:
-                    s = first_entry(path, point, reach)
-                    num_pairs[w] += 1
-                    touched[w, i] = True
-                    touched[w, j] = True
-                    fraction[w, i] = min(fraction[w, i], s)
-                    fraction[w, j] = min(fraction[w, j], s)
-
-
-@kernel
-def _judge_walls(  # noqa: PLR0917  # a kernel takes arrays, not records
-    first_world: int,
-    last_world: int,
-    position: FloatArray,
-    displacement: FloatArray,
-    turn: FloatArray,
-    radius: FloatArray,
-    judged: BoolArray,
+    step: StepArrays,
+    contacts: ContactArrays,
     walls: WallArrays,
-    clearance: FloatArray,
-    hit: BoolArray,
-    fraction: FloatArray,
+    horizon: float,
 ) -> None:
+    grid = empty_robot_grid(step.radius.shape[1])
+    squared = np.empty(walls.entry.shape[1])
     for w in range(first_world, last_world):
-        for i in range(radius.shape[1]):
-            if not judged[w, i]:
-                continue
-            path = Path(
-                position[w, i, 0],
-                position[w, i, 1],
-                displacement[w, i, 0],
-                displacement[w, i, 1],
-                turn[w, i],
-                0.0,
-                0.0,
-                0.0,
-            )
-            reach = radius[w, i]
-            for k in range(walls.num_walls[w]):
-                a_x, a_y, b_x, b_y = walls.segment[w, k]
-                wall = Segment(a_x, a_y, b_x, b_y)
-                enough = reach + max(0.0, clearance[w, i])
-                gap = least_path_distance(path, wall, enough) - reach
-                clearance[w, i] = min(clearance[w, i], gap)
-                if gap < -CONTACT_TOLERANCE:
-                    hit[w, i] = True
-                    fraction[w, i] = min(fraction[w, i], first_entry(path, wall, reach))
+        sort_robots(grid, w, step.position, step.present)
+        judge_robots(step, contacts, grid, w, horizon)
+        judge_walls(step, contacts, walls, w, horizon, squared)

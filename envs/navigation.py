@@ -5,24 +5,21 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import numpy.typing as npt
 
-from envs.collision import CONTACT_TOLERANCE, Bodies, Contacts, find_contacts
-from envs.dynamics import (
-    Movement,
-    arc_movement,
-    executable_command,
-    executable_velocity,
-    straight_movement,
-)
+from envs.collision import CONTACT_TOLERANCE, Bodies, find_contacts
+from envs.dynamics import Movement
 from envs.fleet import Fleet
 from envs.lidar import cast_beams
 from envs.outcome import Outcome
-from envs.rules import AfterArrival, Rules
+from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
-from envs.world import World
-from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array
+from envs.step_kernel import Motion, step_worlds
+from envs.world import World, over_worlds
+from safefilter.arrays import FloatArray, IntArray, finite_array
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
 from safefilter.scene import Scene
@@ -69,6 +66,11 @@ class Navigation:
                 f"the fleet has {self.fleet.num_robots}"
             )
         self.world = World.empty(num_worlds, self.fleet)
+        shape = self.world.position.shape
+        self._motion = Motion(
+            np.zeros(shape), np.zeros(shape), np.zeros(shape[:2]), np.zeros(shape[:2])
+        )
+        self._settings = self.rules.settings(drives=self.world.is_differential)
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
 
     def reset(self, seed: int | None = None, *, worlds: npt.ArrayLike = True) -> None:
@@ -108,27 +110,21 @@ class Navigation:
             NotFinite: If an action is NaN or infinite.
         """
         world = self.world
-        commands = finite_array(actions, "actions", world.position.shape)
-        commands[~self._can_move()] = 0.0
-        movement = self._movement(commands)
-        contacts = find_contacts(world.position, movement, self._bodies())
-        world.position[...] += movement.after(contacts.fraction)
-        world.heading[...] = _wrapped(world.heading + contacts.fraction * movement.turn)
-        world.velocity[...] = movement.mean_velocity
-        world.step_count[...] += 1
-        collided = self._stop_collided(contacts)
-        arrived = self._mark_arrivals()
-        return Outcome(
-            clearance=contacts.clearance,
-            wall_clearance=contacts.wall_clearance,
-            collided=collided,
-            hit_robot=contacts.touched,
-            hit_wall=contacts.hit_wall,
-            arrived=arrived,
-            num_contacts=contacts.num_pairs,
-            over=np.logical_not(world.active.any(axis=1)),
-            timed_out=world.step_count >= self.rules.max_steps,
+        action = finite_array(actions, "actions", world.position.shape)
+        outcome = Outcome.empty(world.num_worlds, world.num_robots)
+        step = partial(
+            step_worlds,
+            action=action,
+            robots=world.arrays,
+            cooperates=self.fleet.cooperative,
+            walls=world.walls.arrays,
+            settings=self._settings,
+            motion=self._motion,
+            contacts=outcome.contacts.arrays,
+            outcome=outcome.arrays,
         )
+        over_worlds(step, world.num_worlds, world.num_robots)
+        return outcome
 
     def wanted(self, actions: FloatArray) -> FloatArray:
         """What policies want: their actions for robots under way, to stand still for all others.
@@ -209,15 +205,20 @@ class Navigation:
         return (segment.reshape(-1, 2, 2), ranges) if most else None
 
     def _movement(self, actions: FloatArray) -> Movement:
-        world, dt = self.world, self.rules.dt
-        if not world.is_differential:
-            return straight_movement(executable_velocity(actions, world.v_max), dt)
-        commands = executable_command(actions, world.v_max, world.omega_max)
-        return arc_movement(commands, world.heading, dt)
+        world = self.world
+        drives = np.logical_not(world.person) if world.is_differential else world.nobody
+        return Movement.of(
+            np.asarray(actions, dtype=np.float64),
+            world.heading,
+            drives,
+            world.v_max,
+            world.omega_max,
+            self.rules.dt,
+        )
 
     def _bodies(self) -> Bodies:
         world = self.world
-        return Bodies(world.radius, world.present, world.collided, world.walls)
+        return Bodies(world.radius, world.present, world.collided, world.walls, world.person)
 
     def _place(self, w: int, placement: Placement) -> None:
         world, fleet = self.world, self.fleet
@@ -235,11 +236,17 @@ class Navigation:
         world.arrived[w] = False
         world.collided[w] = False
         world.arrival_time[w] = np.nan
+        world.start[w] = world.position[w]
+        world.start_heading[w] = world.heading[w]
+        world.arrivals[w] = 0
+        world.cycle_start[w] = 0
+        world.spin_way[w] = 0.0
+        world.spin_turn[w] = 0.0
         world.step_count[w] = 0
 
     def _require_apart(self) -> None:
         position = self.world.position
-        at_rest = straight_movement(np.zeros_like(position), self.rules.dt)
+        at_rest = Movement(np.zeros_like(position), np.zeros(position.shape[:2]), self.rules.dt)
         contacts = find_contacts(position, at_rest, self._bodies())
         for clearance, what in (
             (contacts.clearance, "another"),
@@ -251,36 +258,3 @@ class Navigation:
                     f"robot {i} of world {w} starts {-clearance[w, i]:.3g} m inside {what}; "
                     "make the scenario larger or its jitter smaller"
                 )
-
-    def _can_move(self) -> BoolArray:
-        world = self.world
-        if self.rules.after_arrival is AfterArrival.YIELD:
-            return world.present & ~world.collided
-        return world.active
-
-    def _stop_collided(self, contacts: Contacts) -> BoolArray:
-        world = self.world
-        collided = (contacts.touched | contacts.hit_wall) & ~world.collided
-        world.collided[collided] = True
-        world.cooperative[collided] = False
-        world.velocity[collided] = 0.0
-        return collided
-
-    def _mark_arrivals(self) -> BoolArray:
-        world = self.world
-        offset = world.goal - world.position
-        near = np.hypot(offset[..., 0], offset[..., 1]) <= self.rules.goal_radius
-        arrived: BoolArray = near & world.active
-        world.arrived[arrived] = True
-        world.arrival_time[...] = np.where(arrived, self.time[:, np.newaxis], world.arrival_time)
-        if self.rules.after_arrival is not AfterArrival.YIELD:
-            world.velocity[arrived] = 0.0
-            world.cooperative[arrived] = False
-        if self.rules.after_arrival is AfterArrival.VANISH:
-            world.present[arrived] = False
-        return arrived
-
-
-def _wrapped(angle: FloatArray) -> FloatArray:
-    """The same angles within half a turn of 0; those already there stay bit for bit."""
-    return np.where(np.abs(angle) > np.pi, np.arctan2(np.sin(angle), np.cos(angle)), angle)

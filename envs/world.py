@@ -5,6 +5,7 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Self
@@ -13,8 +14,10 @@ import numpy as np
 
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
+from envs.step_kernel import RobotArrays
 from envs.walls import WallMap
 from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.threads import over_ranges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +37,14 @@ class World:
         present: Shape (W, N): has a body.
         arrived: Shape (W, N): has reached its goal.
         collided: Shape (W, N): has touched another robot or a wall, and stands still since.
-        arrival_time: Shape (W, N), in s; NaN for robots that have not arrived.
+        arrival_time: Time of the first arrival, shape (W, N), in s; NaN for robots that have not arrived.
+        person: Shape (W, N): walks by a model of its own; see `envs.crowd`.
+        start: Where robots were placed, shape (W, N, 2), in m.
+        start_heading: Shape (W, N), in rad.
+        arrivals: How often robots have arrived, shape (W, N).
+        cycle_start: Step at which robots were placed or reborn, shape (W, N).
+        spin_way: Way driven shortly before the time limit, shape (W, N), in m; see `Rules.spin_time`.
+        spin_turn: Angles turned then, shape (W, N), in rad.
         step_count: Steps since the reset, shape (W,).
         walls: Walls of each world.
         kinematics: How robots move.
@@ -53,6 +63,13 @@ class World:
     arrived: BoolArray
     collided: BoolArray
     arrival_time: FloatArray
+    person: BoolArray
+    start: FloatArray
+    start_heading: FloatArray
+    arrivals: IntArray
+    cycle_start: IntArray
+    spin_way: FloatArray
+    spin_turn: FloatArray
     step_count: IntArray
     walls: WallMap
     kinematics: Kinematics
@@ -75,10 +92,22 @@ class World:
             arrived=np.zeros(shape, dtype=np.bool_),
             collided=np.zeros(shape, dtype=np.bool_),
             arrival_time=np.full(shape, np.nan),
+            person=np.zeros(shape, dtype=np.bool_),
+            start=np.zeros((*shape, 2)),
+            start_heading=np.zeros(shape),
+            arrivals=np.zeros(shape, dtype=np.int64),
+            cycle_start=np.zeros(shape, dtype=np.int64),
+            spin_way=np.zeros(shape),
+            spin_turn=np.zeros(shape),
             step_count=np.zeros(num_worlds, dtype=np.int64),
             walls=WallMap(num_worlds),
             kinematics=fleet.kinematics,
         )
+
+    @property
+    def arrays(self) -> RobotArrays:
+        """For kernels, which write to them."""
+        return RobotArrays(*(getattr(self, name) for name in RobotArrays._fields))
 
     def snapshot(self) -> Self:
         """Copy of this moment, which later steps do not change."""
@@ -105,12 +134,26 @@ class World:
 
     @property
     def active(self) -> BoolArray:
-        """Shape (W, N): still under way."""
-        return self.present & ~self.arrived & ~self.collided
+        """Shape (W, N): robots, not people, that are still under way."""
+        return self.present & ~self.arrived & ~self.collided & ~self.person
+
+    @property
+    def nobody(self) -> BoolArray:
+        """Shape (W, N), all false."""
+        return np.zeros_like(self.present)
 
     def preferred_velocity(self) -> FloatArray:
         """Straight to the goal at full speed, v_pref of Qin et al., shape (W, N, 2), in m/s; zero at the goal."""
         return full_speed(self.goal - self.position, self.v_max)
+
+
+def over_worlds(work: Callable[[int, int], object], num_worlds: int, num_robots: int) -> None:
+    """Call ``work(first, last)`` for ranges of worlds, in parallel where there are robots enough for that to pay."""
+    # Ranges are of robots, and a world belongs to that of its first one.
+    over_ranges(
+        lambda first, last: work(-(-first // num_robots), -(-last // num_robots)),
+        num_worlds * num_robots,
+    )
 
 
 def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:
