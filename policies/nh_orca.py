@@ -19,6 +19,7 @@ from envs.fleet import MAX_SPEED
 from envs.steering import steer
 from envs.world import World, full_speed
 from safefilter.arrays import FloatArray, frozen
+from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.priority_orca import PriorityORCA
 from safefilter.constraints.separation import Separation
 from safefilter.constraints.static_obstacles import StaticObstacles
@@ -55,7 +56,11 @@ def orca_filter(world: World, dt: float) -> SafetyFilter:
         world: Worlds after their reset.
         dt: Duration of a step, in s.
     """
-    constraints = [PriorityORCA(TIME_HORIZON), StaticObstacles(WALL_HORIZON), Separation(dt)]
+    constraints: list[Constraint] = [
+        PriorityORCA(TIME_HORIZON),
+        StaticObstacles(WALL_HORIZON),
+        Separation(dt),
+    ]
     v_max = world.v_max.ravel()
     if not world.is_differential:
         return SafetyFilter(constraints, Holonomic(v_max))

@@ -132,11 +132,12 @@ class AnyOf(Part):
 
 
 def _kind_of_region(value: Any) -> str | None:
-    """Which region a value means to be, told by one key."""
-    if isinstance(value, dict):
-        kinds = {"at": "disc", "box": "rectangle", "first": "grid", "any_of": "any_of"}
-        return next((kind for key, kind in kinds.items() if key in value), None)
-    return "point" if isinstance(value, list) else None
+    """Which region a value means to be, told by one key; in files mappings, in Python records as well."""
+    if isinstance(value, list | tuple):
+        return "point"
+    kinds = {"at": "disc", "box": "rectangle", "first": "grid", "any_of": "any_of"}
+    keys = value if isinstance(value, dict) else getattr(type(value), "model_fields", ())
+    return next((kind for key, kind in kinds.items() if key in keys), None)
 
 
 Region = Annotated[
@@ -169,7 +170,7 @@ class Span(Part):
 
 Choice = Annotated[
     Annotated[Size, Tag("number")] | Annotated[Span, Tag("span")],
-    Discriminator(lambda value: "span" if isinstance(value, dict) else "number"),
+    Discriminator(lambda value: "span" if isinstance(value, dict | Span) else "number"),
 ]
 
 

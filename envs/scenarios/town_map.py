@@ -18,7 +18,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, shortest_path
 
 from envs.scenarios.shapes import box, u_shape
-from safefilter.arrays import FloatArray, IntArray, frozen
+from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
 
 PITCH = 1.3
 """Side of a cell, in m."""
@@ -83,14 +83,12 @@ def town_map(number: int, size: int, *, has_deep_traps: bool) -> TownMap:
     traps, shapes = _traps(rng, size, inner[is_open], blocks, has_deep_traps=has_deep_traps)
     graph = _graph(inner[is_open], size * size)
     hops, before = shortest_path(graph, directed=False, unweighted=True, return_predecessors=True)
-    half = size * PITCH / 2.0
-    border = half - THICKNESS / 2.0
-    walls = np.concatenate([
-        box((-border, -border), (border, border)),
-        *(_block_walls(block, size) for block in blocks),
-        *_wall_runs(inner[~is_open], size),
-        *shapes,
-    ])
+    border = (size * PITCH - THICKNESS) / 2.0
+    room = box((-border, -border), (border, border))
+    blocked = [*(_block_walls(block, size) for block in blocks), *_wall_runs(inner[~is_open], size)]
+    # What reaches into the walls around the town ends at them.
+    inside = [np.clip(walls, -border, border) for walls in blocked]
+    walls = np.concatenate([room, *inside, *shapes])
     return TownMap(
         size=size,
         walls=frozen(walls),
@@ -132,9 +130,7 @@ def _blocks(rng: np.random.Generator, size: int, sides: IntArray) -> list[int]:
     return blocks
 
 
-def _opened(
-    rng: np.random.Generator, size: int, sides: IntArray
-) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _opened(rng: np.random.Generator, size: int, sides: IntArray) -> BoolArray:
     """Which sides are open: a random spanning tree, by Kruskal's algorithm, and a part of the others."""
     part_of = np.arange(size * size)
     share = rng.uniform(0.05, 1.0)
@@ -158,7 +154,7 @@ def _traps(
     """Cells that hold traps, and the traps' outlines."""
     taken: list[int] = []
     shapes: list[FloatArray] = []
-    most = rng.integers(1, int(TRAP_SHARE * size * size) + 1)
+    most = rng.integers(1, max(1, int(TRAP_SHARE * size * size)) + 1)
     if has_deep_traps and len(open_sides):
         pair = open_sides[rng.integers(len(open_sides))]
         middle = _centres(pair, size).mean(axis=0)
