@@ -72,7 +72,7 @@ def test_points_without_chance_are_taken_as_they_are_and_others_keep_off_them() 
 
 def test_a_region_without_room_is_refused() -> None:
     small = Rectangle(box=((0.0, 0.0), (0.1, 0.1)))
-    with pytest.raises(InvalidInput, match="robot 1: 1000 draws from .* make the region larger"):
+    with pytest.raises(InvalidInput, match=r"robot 1: 1000 draws from .* make the region larger"):
         draw([Place(small, 0, 0.0), Place(small, 1, 0.0)], gaps=Gaps(robots=0.5, walls=0.0))
 
 

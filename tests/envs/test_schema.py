@@ -73,9 +73,7 @@ rules: {after_arrival: vanish}
         (f"{GOOD_ROBOTS}rules: {{after_arrival: fly}}\n", ":6: rules.after_arrival: Input should be 'yield'"),
     ],
 )  # fmt: skip
-def test_a_fault_is_told_with_file_line_and_reason(
-    tmp_path: Path, rest: str, message: str
-) -> None:
+def test_a_fault_is_told_with_file_line_and_reason(tmp_path: Path, rest: str, message: str) -> None:
     with pytest.raises(ScenarioFileError) as caught:
         read(tmp_path, HEAD + rest)
     assert f"file.yaml{message}" in str(caught.value) or message == "got none"
@@ -85,7 +83,9 @@ def test_a_fault_is_told_with_file_line_and_reason(
 def test_all_faults_are_told_once_in_the_order_of_the_file(tmp_path: Path) -> None:
     with pytest.raises(ScenarioFileError) as caught:
         read(tmp_path, "robots:\n  - start: [x, 0]\n    goal: [0, y]\nscale: -1\n")
-    lines = [line.partition("file.yaml:")[2].partition(",")[0] for line in str(caught.value).split("\n")]
+    lines = [
+        line.partition("file.yaml:")[2].partition(",")[0] for line in str(caught.value).split("\n")
+    ]
     assert lines == [
         "1: about: Field required",
         "1: name: Field required",

@@ -44,7 +44,7 @@ def test_a_box_is_the_same_from_either_pair_of_corners(
 
 
 @given(places, places, angles, sizes, sizes, st.floats(0.05, 0.5))
-def test_u_shape_is_two_arms_and_a_back(  # noqa: PLR0917  # hypothesis passes by position
+def test_u_shape_is_two_arms_and_a_back(
     x: float, y: float, opens: float, width: float, depth: float, thickness: float
 ) -> None:
     solid = polygon(u_shape((x, y), opens=opens, width=width, depth=depth, thickness=thickness))

@@ -17,7 +17,9 @@ def test_no_map_is_both_trained_in_and_tested_in() -> None:
     training, held_out = Town(8, "training"), Town(8, "held-out")
     numbers = [{town.map_number(draw) for draw in range(1000)} for town in (training, held_out)]
     assert not numbers[0] & numbers[1]
-    walls = [{town.map(draw).walls.tobytes() for draw in range(80)} for town in (training, held_out)]
+    walls = [
+        {town.map(draw).walls.tobytes() for draw in range(80)} for town in (training, held_out)
+    ]
     assert not walls[0] & walls[1]
 
 

@@ -65,9 +65,7 @@ def test_keys_that_are_not_in_the_file_are_passed_over_but_for_the_last(tmp_path
         ("a: \x00", r"file\.yaml:1: not YAML: "),
     ],
 )
-def test_what_is_not_yaml_is_refused_with_its_line(
-    tmp_path: Path, text: str, message: str
-) -> None:
+def test_what_is_not_yaml_is_refused_with_its_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(ScenarioFileError, match=message):
         YamlFile.read(written(tmp_path, text))
 
