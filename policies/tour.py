@@ -33,7 +33,8 @@ from safefilter.errors import InvalidInput
 
 Filtering = Literal["off", "map", "lidar"]
 FILTERINGS: tuple[Filtering, ...] = ("off", "map", "lidar")
-POLICIES = (StraightToGoal.name, NHORCA.name, UniformRandom.name)
+PolicyName = Literal["straight to goal", "NH-ORCA", "random"]
+POLICIES: tuple[PolicyName, ...] = ("straight to goal", "NH-ORCA", "random")
 NUM_BEAMS = 360
 """Beams of the lidar-only trials."""
 MANY_ROBOTS = 30
@@ -46,7 +47,9 @@ class Settings:
     """Drive robots through all scenarios.
 
     Attributes:
-        scenarios: Names as ``--help`` of ``envs.scenarios.draw`` has them; all without any.
+        scenarios: Names of their pictures in ``docs/scenarios/``; all without any.
+        policies: Who drives.
+        filters: Filter off, on with known walls, or on with walls from lidar alone.
         out: Folder for the pictures.
         seed: Seed of starts and policies.
         worlds: Worlds that are driven at once.
@@ -54,6 +57,8 @@ class Settings:
     """
 
     scenarios: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    policies: tuple[PolicyName, ...] = POLICIES
+    filters: tuple[Filtering, ...] = FILTERINGS
     out: Path = Path("out/tour")
     seed: int = 0
     worlds: int = 4
@@ -72,7 +77,7 @@ class Stop:
     """
 
     scenario: Scenario
-    policy: str
+    policy: PolicyName
     filtering: Filtering
     rollout: Rollout
 
@@ -97,13 +102,15 @@ def chosen_scenarios(names: tuple[str, ...]) -> Iterator[tuple[str, Scenario]]:
         yield name, scenarios[name]
 
 
-def visit(scenario: Scenario, policy: str, filtering: Filtering, *, settings: Settings) -> Stop:
+def visit(
+    scenario: Scenario, policy: PolicyName, filtering: Filtering, *, settings: Settings
+) -> Stop:
     """Drive one trial.
 
     Args:
         scenario: What to drive through.
-        policy: One of `POLICIES`.
-        filtering: One of `FILTERINGS`.
+        policy: Who drives.
+        filtering: Off, or what walls are known from.
         settings: Worlds, seed and time.
     """
     is_large = scenario.num_robots > MANY_ROBOTS
@@ -118,12 +125,12 @@ def visit(scenario: Scenario, policy: str, filtering: Filtering, *, settings: Se
     # Speeds come with the placements, and the filter has to know them.
     navigation.reset(settings.seed)
     safety_filter = None if filtering == "off" else orca_filter(navigation.world, rules.dt)
-    driver: Policy = {
-        StraightToGoal.name: StraightToGoal(),
-        UniformRandom.name: UniformRandom(),
-        NHORCA.name: NHORCA(navigation.scenes, rules.dt),
-    }[policy]
-    rollout = roll_out(navigation, driver, safety_filter, seed=settings.seed)
+    drivers: dict[PolicyName, Policy] = {
+        "straight to goal": StraightToGoal(),
+        "NH-ORCA": NHORCA(navigation.scenes, rules.dt),
+        "random": UniformRandom(),
+    }
+    rollout = roll_out(navigation, drivers[policy], safety_filter, seed=settings.seed)
     return Stop(scenario, policy, filtering, rollout)
 
 
@@ -141,9 +148,10 @@ def main(settings: Settings, console: Console) -> int:
     started = perf_counter()
     stops = []
     for name, scenario in chosen_scenarios(settings.scenarios):
-        for policy in POLICIES:
+        for policy in settings.policies:
             trials = [
-                visit(scenario, policy, filtering, settings=settings) for filtering in FILTERINGS
+                visit(scenario, policy, filtering, settings=settings)
+                for filtering in settings.filters
             ]
             stops += trials
             picture = settings.out / f"{name}_{policy.lower().replace(' ', '_')}.png"
@@ -165,7 +173,7 @@ def main(settings: Settings, console: Console) -> int:
 
 
 def tour_table(stops: list[Stop]) -> Table:
-    """Collisions, clearance, success and times of all trials."""
+    """Collisions, clearance, success and times of all trials, at most 80 characters wide."""
     table = Table(
         title="filter: off, on with known walls (map), or with walls from lidar alone",
         caption="gap: least free distance inside any step, in mm; negative: overlap",
@@ -174,27 +182,33 @@ def tour_table(stops: list[Stop]) -> Table:
         pad_edge=False,
         collapse_padding=True,
     )
-    for header in ("scenario", "policy", "filter"):
-        table.add_column(header, no_wrap=True)
+    table.add_column("scenario\n  policy", no_wrap=True)
+    table.add_column("filter", no_wrap=True)
     for header in (
-        "robots", "hit\nrobots", "hit\nwalls", "gap to\nrobots", "gap to\nwalls", "success\n(%)", "time\n(s)",
-    ):  # fmt: skip
-        table.add_column(header, justify="right", no_wrap=True, min_width=5)
-    for stop in stops:
+        "hit\nrobots",
+        "hit\nwalls",
+        "robot\ngap",
+        "wall\ngap",
+        "success\n(%)",
+        "time\n(s)",
+    ):
+        table.add_column(header, justify="right", no_wrap=True)
+    for number, stop in enumerate(stops):
+        before = stops[number - 1]
+        is_same_scenario = number > 0 and before.scenario is stop.scenario
+        is_same_policy = is_same_scenario and before.policy == stop.policy
+        if not is_same_scenario:
+            table.add_row(f"[bold]{stop.scenario.name}[/]")
         summary = stop.rollout.summary
-        is_first = (stop.policy, stop.filtering) == (POLICIES[0], FILTERINGS[0])
         table.add_row(
-            stop.scenario.name if is_first else "",
-            stop.policy if stop.filtering == FILTERINGS[0] else "",
+            "" if is_same_policy else f"  {stop.policy}",
             stop.filtering,
-            str(summary.num_robots),
             str(summary.num_robot_hits),
             str(summary.num_wall_hits),
             _shown(1000.0 * summary.min_clearance),
             _shown(1000.0 * summary.min_wall_clearance),
             f"{100.0 * summary.success_rate:.1f}",
             _shown(summary.mean_time),
-            end_section=stop.policy == POLICIES[-1] and stop.filtering == FILTERINGS[-1],
         )
     return table
 

@@ -7,6 +7,7 @@ from envs.scenarios.described import DescribedScenario
 from envs.scenarios.doorway import Doorway
 from envs.scenarios.library import load_scenario, scenario_names
 from envs.scenarios.scenario import Placement, Scenario
+from envs.scenarios.town import Town
 from envs.scenarios.u_shape import UShape
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "Doorway",
     "Placement",
     "Scenario",
+    "Town",
     "UShape",
     "load_scenario",
     "scenario_names",

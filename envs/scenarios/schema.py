@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import (
     BaseModel,
@@ -227,7 +227,6 @@ class Specification(Part):
     wall_gap: Size = 0.15
     waypoints: tuple[Point, ...] = ()
     rules: RecommendedRules = RecommendedRules()
-    kinematics: Literal["differential", "holonomic"] = "differential"
 
 
 def read_specification(path: Path) -> Specification:

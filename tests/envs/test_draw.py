@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import numpy as np
@@ -5,9 +6,11 @@ import pytest
 from PIL import Image
 from rich.console import Console
 
-from envs.scenarios import Crossroad, scenario_names
+from envs.fleet import RADIUS
+from envs.scenarios import Crossroad, load_scenario, scenario_names
 from envs.scenarios.draw import Settings, _closed_outlines, all_scenarios, draw_scenario, main
 from envs.scenarios.shapes import box, crossing, u_shape
+from envs.scenarios.ways import shortest_ways
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -49,3 +52,16 @@ def test_outlines_are_told_apart() -> None:
     bare = np.array([[[5.0, 5.0], [6.0, 6.0]], [[6.0, 6.0], [7.0, 5.0]]])
     outlines = _closed_outlines(np.concatenate([shapes[0], bare, *shapes[1:]]))
     assert [len(outline) for outline in outlines] == [4, 12, 8]
+
+
+def test_the_file_that_the_docs_show_can_be_drawn(tmp_path: Path) -> None:
+    text = (DOCS / "scenarios.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert len(blocks) == 1
+    path = tmp_path / "mine.yaml"
+    path.write_text(blocks[0])
+    scenario = load_scenario(path)
+    draw_scenario(tmp_path / "mine.png", scenario, seed=0)
+    ways = shortest_ways(scenario.place(np.random.default_rng(0)), RADIUS)
+    assert np.isfinite(ways).all()
+    assert f"{scenario.num_robots} robots".replace("3", "Three") in blocks[0]

@@ -17,9 +17,9 @@ LIDAR_RANGE = 3.5
 NUM_BEAMS = 360
 
 
-def sorted_ends(walls: FloatArray) -> list[list[float]]:
+def sorted_ends(walls: FloatArray) -> list[list[list[float]]]:
     """Walls as sorted lists of sorted ends, to compare without order."""
-    return sorted(sorted(map(list, np.round(wall, 9) + 0.0)) for wall in walls)  # type: ignore[type-var]  # lists of floats
+    return sorted(sorted((np.round(wall, 9) + 0.0).tolist()) for wall in walls)
 
 
 def mean_least_time(name: str) -> float:

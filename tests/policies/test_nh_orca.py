@@ -66,7 +66,7 @@ def test_priorities_are_taken_for_equal() -> None:
         for _ in range(60):
             navigation.step(policy.act(navigation.world, RNG))
         actions.append(policy.act(navigation.world, RNG))
-    np.testing.assert_array_equal(*actions)
+    np.testing.assert_array_equal(actions[0], actions[1])
 
 
 def test_slow_robots_are_solved_for_at_their_own_speed() -> None:
