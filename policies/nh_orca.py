@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from envs.fleet import MAX_SPEED
+from envs.scenarios.roadmap import Roadmap
 from envs.steering import steer
 from envs.world import World, full_speed
 from safefilter.arrays import FloatArray, frozen
@@ -42,11 +43,19 @@ SLOWING_TIME = 1.0
 """Nearer to the goal than the way of so much time at full speed, robots slow down in proportion, in s."""
 
 
-def preferred_velocity(world: World) -> FloatArray:
-    """Straight to the goal, slowed in front of it, shape (W, N, 2), in m/s."""
-    ahead = world.goal - world.position
-    distance = np.hypot(ahead[..., 0], ahead[..., 1])
-    return full_speed(ahead, np.minimum(world.v_max, distance / SLOWING_TIME))
+def preferred_velocity(world: World, roadmap: Roadmap | None = None) -> FloatArray:
+    """Towards the goal, slowed in front of it, shape (W, N, 2), in m/s.
+
+    Args:
+        world: State.
+        roadmap: Shortest ways; without one everybody heads straight for the goal.
+    """
+    offset = world.goal - world.position
+    distance = np.hypot(offset[..., 0], offset[..., 1])
+    if roadmap is not None:
+        position, goal = world.position.reshape(-1, 2), world.goal.reshape(-1, 2)
+        offset = (roadmap.targets(position, goal) - position).reshape(offset.shape)
+    return full_speed(offset, np.minimum(world.v_max, distance / SLOWING_TIME))
 
 
 def orca_filter(world: World, dt: float) -> SafetyFilter:
@@ -91,20 +100,24 @@ class NHORCA:
 
     name = "NH-ORCA"
 
-    def __init__(self, scenes: Callable[[], Scene], dt: float) -> None:
+    def __init__(
+        self, scenes: Callable[[], Scene], dt: float, roadmap: Roadmap | None = None
+    ) -> None:
         """Say how robots see each other and the walls.
 
         Args:
             scenes: All robots of all worlds as one scene, such as `Navigation.scenes`.
             dt: Duration of a step, in s.
+            roadmap: Shortest ways, the same in all worlds; without one everybody heads straight for the goal.
         """
         self._scenes = scenes
+        self._roadmap = roadmap
         self._dt = dt
         self._v_max = np.empty((0, 0))
 
     def act(self, world: World, _rng: np.random.Generator, /) -> FloatArray:
         """Velocities, or commands (v, w), of all robots, shape (W, N, 2)."""
-        preferred = preferred_velocity(world)
+        preferred = preferred_velocity(world, self._roadmap)
         index = np.flatnonzero(world.cooperative.ravel())
         if not len(index):
             return steer(world, preferred)

@@ -18,11 +18,12 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from envs.fleet import Fleet
+from envs.fleet import RADIUS, Fleet
 from envs.navigation import Navigation
 from envs.rules import Rules
 from envs.scenarios import DescribedScenario, Scenario
 from envs.scenarios.draw import all_scenarios
+from envs.scenarios.roadmap import Roadmap
 from envs.trajectory_figure import write_trajectories
 from policies.nh_orca import NHORCA, orca_filter
 from policies.policy import Policy
@@ -127,11 +128,17 @@ def visit(
     safety_filter = None if filtering == "off" else orca_filter(navigation.world, rules.dt)
     drivers: dict[PolicyName, Policy] = {
         "straight to goal": StraightToGoal(),
-        "NH-ORCA": NHORCA(navigation.scenes, rules.dt),
+        "NH-ORCA": NHORCA(navigation.scenes, rules.dt, _roadmap(scenario)),
         "random": UniformRandom(),
     }
     rollout = roll_out(navigation, drivers[policy], safety_filter, seed=settings.seed)
     return Stop(scenario, policy, filtering, rollout)
+
+
+def _roadmap(scenario: Scenario) -> Roadmap | None:
+    if not isinstance(scenario, DescribedScenario) or not len(scenario.waypoints):
+        return None
+    return Roadmap(scenario.waypoints, scenario.walls, clearance=0.9 * RADIUS)
 
 
 def main(settings: Settings, console: Console) -> int:

@@ -1,4 +1,5 @@
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import pytest
@@ -9,7 +10,7 @@ from envs.rules import AfterArrival, Rules
 from envs.scenarios.library import UnknownScenario
 
 
-def made(scenario: str, **settings: object) -> OneLearner:
+def made(scenario: str, **settings: Any) -> OneLearner:
     environment = gymnasium.make("envs:Scenario-v0", scenario=scenario, **settings)
     assert isinstance(environment.unwrapped, OneLearner)
     return environment.unwrapped
