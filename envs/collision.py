@@ -5,6 +5,7 @@ Letters: W worlds, N robots, S walls. SI units; s is a fraction of the step.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,7 +95,12 @@ class Contacts:
 
 
 def find_contacts(
-    position: FloatArray, movement: Movement, bodies: Bodies, horizon: float = np.inf
+    position: FloatArray,
+    movement: Movement,
+    bodies: Bodies,
+    *,
+    horizon: float = np.inf,
+    worlds: Sequence[int] | None = None,
 ) -> Contacts:
     """Judge one step of every pair of robots, and of every robot and wall, in every world.
 
@@ -105,6 +111,7 @@ def find_contacts(
         movement: Movements during the step.
         bodies: Robots and walls.
         horizon: Free distance at the start up to which clearances are reported, in m. Contacts are found anyway.
+        worlds: Worlds to look at; None: all.
     """
     num_worlds, num_robots = bodies.radius.shape
     contacts = Contacts.none(num_worlds, num_robots)
@@ -122,7 +129,11 @@ def find_contacts(
     def judge(first: int, last: int) -> None:
         _judge(first, last, step, contacts.arrays, bodies.walls.arrays, horizon)
 
-    over_worlds(judge, num_worlds, num_robots)
+    if worlds is None:
+        over_worlds(judge, num_worlds, num_robots)
+    else:
+        for w in worlds:
+            judge(w, w + 1)
     return contacts
 
 

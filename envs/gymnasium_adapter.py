@@ -16,7 +16,7 @@ import numpy.typing as npt
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from envs.navigation import Navigation
-from envs.observation import observation_size, observe
+from envs.observation_layout import ObservationLayout
 from envs.outcome import Outcome
 from envs.recording import Recorder
 from envs.reward import (
@@ -46,9 +46,9 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     Action of a holonomic robot: velocity in world axes, shape (2,), in m/s, each part within [-v_max, v_max]; faster
     than v_max along the diagonal is executed at v_max. Action of a differential drive: command (v, w), shape (2,),
-    in m/s and rad/s, v within [0, v_max] and w within [-omega_max, omega_max]. Observation: see `envs.observation`,
-    shape (7 + 8 k,), in [-1, 1]. Reward: see `envs.reward`. An episode terminates when the learner arrives or collides,
-    and is truncated at the time limit.
+    in m/s and rad/s, v within [0, v_max] and w within [-omega_max, omega_max]. Observation: see
+    `envs.observation_layout`, shape (F,), in [-1, 1]. Reward: see `envs.reward`. An episode terminates when the learner
+    arrives or collides, and is truncated at the time limit.
 
     ``info`` holds ``clearance`` and ``wall_clearance`` (least free distance to any other robot, and to any wall,
     during the step, in m), ``arrived`` and ``collided``.
@@ -68,7 +68,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         rules: Rules | None = None,
         others: Act = lambda world, _: steer(world, world.preferred_velocity()),
         others_filter: SafetyFilter | None = None,
-        num_neighbours: int = 5,
+        layout: ObservationLayout | None = None,
         weights: RewardWeights | None = None,
         render_mode: str | None = None,
     ) -> None:
@@ -82,7 +82,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             rules: Rules of the episode.
             others: What the other robots do; by default they go straight to their goals.
             others_filter: Filter of the other cooperative robots; None executes their actions as they are.
-            num_neighbours: Number of neighbours k in the observation.
+            layout: Which blocks the observation has; by default 5 neighbours and 36 beams.
             weights: Weights of the reward.
             render_mode: ``"rgb_array"`` or None.
         """
@@ -90,15 +90,14 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         fleet = fleet if kinematics is None else replace(fleet, kinematics=kinematics)
         if others_filter is None:
             fleet = _only_learner_cooperates(fleet)
-        self.navigation = Navigation(scenario, fleet, rules)
+        self.navigation = Navigation(scenario, fleet, rules, layout=layout)
         self.render_mode = render_mode
         self._others = others
         self._others_filter = others_filter
-        self._num_neighbours = num_neighbours
         self._weights = RewardWeights() if weights is None else weights
         self.action_space = _action_space(fleet)
         self.observation_space = gymnasium.spaces.Box(
-            -1.0, 1.0, (observation_size(num_neighbours),), np.float32
+            -1.0, 1.0, (self.navigation.observer.layout.size,), np.float32
         )
 
     def reset(
@@ -179,9 +178,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return wanted
 
     def _observation(self) -> Observation:
-        observation: Observation = observe(
-            self.navigation.world, self._num_neighbours, self.navigation.rules.sensing_range
-        )[0, LEARNER]
+        observation: Observation = self.navigation.observe()[0, LEARNER]
         return observation
 
     def _reward(self, before: FloatArray, outcome: Outcome) -> float:

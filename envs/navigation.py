@@ -11,12 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from envs.collision import CONTACT_TOLERANCE, Bodies, find_contacts
+from envs.crowd import Crowd, Crowded, Gait, walk_worlds
 from envs.dynamics import Movement
 from envs.fleet import Fleet
 from envs.lidar import cast_beams
+from envs.observation import Observer
+from envs.observation_layout import ObservationLayout, Observations
 from envs.outcome import Outcome
 from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
+from envs.sensing import Sensing
 from envs.step_kernel import Motion, step_worlds
 from envs.world import World, over_worlds
 from safefilter.arrays import FloatArray, IntArray, finite_array
@@ -33,6 +37,7 @@ class Navigation:
         fleet: What they are.
         rules: What a step is, and what becomes of robots that arrive.
         world: The state; read it, but let only this class write to it.
+        observer: What robots know of it.
     """
 
     def __init__(
@@ -42,6 +47,8 @@ class Navigation:
         rules: Rules | None = None,
         *,
         num_worlds: int = 1,
+        layout: ObservationLayout | None = None,
+        sensing: Sensing | None = None,
     ) -> None:
         """Lay out the arrays; nobody is placed before `reset`.
 
@@ -50,6 +57,8 @@ class Navigation:
             fleet: What the robots are; by default all are Turtlebots of priority 1.
             rules: Rules of the episode.
             num_worlds: Number of worlds W.
+            layout: Which blocks observations have; by default 5 neighbours and 36 beams.
+            sensing: How well robots sense; by default perfectly.
 
         Raises:
             OutOfRange: If there is no world.
@@ -70,6 +79,12 @@ class Navigation:
         self._motion = Motion(
             np.zeros(shape), np.zeros(shape), np.zeros(shape[:2]), np.zeros(shape[:2])
         )
+        self._crowd = scenario.crowd if isinstance(scenario, Crowded) else None
+        self._gait = Gait(np.zeros(shape[:2], dtype=np.bool_), np.zeros(shape[:2]))
+        if self._crowd is not None:
+            self.world.person[...] = self._crowd.flags(shape[1])
+        self._cooperates = self.fleet.cooperative & ~self.world.person[0]
+        self.observer = Observer(self.world, self.rules, layout, sensing)
         self._settings = self.rules.settings(drives=self.world.is_differential)
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
 
@@ -86,7 +101,7 @@ class Navigation:
         Raises:
             InvalidInput: If the scenario places two robots into each other, or one into a wall.
         """
-        walls = {}
+        walls: dict[int, FloatArray] = {}
         for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))).tolist():
             if seed is not None:
                 self._generators[w] = np.random.default_rng([seed, w])
@@ -94,13 +109,17 @@ class Navigation:
             self._place(w, placement)
             walls[w] = placement.walls
         self.world.walls.replace(walls)
-        self._require_apart()
+        chosen = np.zeros(self.world.present.shape, dtype=np.bool_)
+        chosen[list(walls)] = True
+        self.observer.restart(chosen)
+        self._require_apart(list(walls))
 
     def step(self, actions: npt.ArrayLike) -> Outcome:
         """Move all robots for one step.
 
-        Robots that have collided stand still whatever they are told, and so do parked ones. Velocities faster than
-        a holonomic robot are executed at full speed in the same direction, commands beyond a drive's limits at them.
+        People go their own way. Robots that have collided stand still whatever they are told, and so do parked ones.
+        Velocities faster than a holonomic robot are executed at full speed in the same direction, commands beyond a
+        drive's limits at them.
 
         Args:
             actions: Velocities in m/s or commands (v, w) in m/s and rad/s, shape (W, N, 2).
@@ -112,11 +131,13 @@ class Navigation:
         world = self.world
         action = finite_array(actions, "actions", world.position.shape)
         outcome = Outcome.empty(world.num_worlds, world.num_robots)
+        if self._crowd is not None:
+            self._walk(self._crowd, action)
         step = partial(
             step_worlds,
             action=action,
             robots=world.arrays,
-            cooperates=self.fleet.cooperative,
+            cooperates=self._cooperates,
             walls=world.walls.arrays,
             settings=self._settings,
             motion=self._motion,
@@ -124,7 +145,13 @@ class Navigation:
             outcome=outcome.arrays,
         )
         over_worlds(step, world.num_worlds, world.num_robots)
+        self.observer.update()
+        self.observer.restart(outcome.reborn)
         return outcome
+
+    def observe(self) -> Observations:
+        """Observations of all robots, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`."""
+        return self.observer.observe()
 
     def wanted(self, actions: FloatArray) -> FloatArray:
         """What policies want: their actions for robots under way, to stand still for all others.
@@ -146,9 +173,11 @@ class Navigation:
             actions: What all want to do, shape (W, N, 2), for filters that share it.
         """
         world = self.world
-        numbers = np.repeat(np.arange(world.num_worlds), world.num_robots)
+        # Rising numbers, with room between them for those who are gone: worlds stay blocks of rows.
+        width = world.num_robots + 1
+        numbers = np.repeat(width * np.arange(world.num_worlds), world.num_robots)
         gone = np.flatnonzero(~world.present.ravel())
-        numbers[gone] = world.num_worlds + gone
+        numbers[gone] += 1 + gone % world.num_robots
         return self._scene(slice(None), numbers, actions)
 
     def scene(self, world: int = 0, actions: FloatArray | None = None) -> Scene:
@@ -171,21 +200,21 @@ class Navigation:
     def _scene(
         self, worlds: slice, numbers: npt.NDArray[np.int64], actions: FloatArray | None
     ) -> Scene:
-        world = self.world
+        world, known = self.world, self.observer.sensed.arrays
         has_map = self.rules.num_beams == 0
         wanted = None
         if actions is not None:
             wanted = self._movement(actions).mean_velocity[worlds].reshape(-1, 2)
         return Scene.from_world(
-            position=world.position[worlds].reshape(-1, 2),
-            velocity=world.velocity[worlds].reshape(-1, 2),
+            position=known.position[worlds].reshape(-1, 2),
+            velocity=known.velocity[worlds].reshape(-1, 2),
             radius=world.radius[worlds].ravel(),
             priority=world.priority[worlds].ravel(),
             cooperative=world.cooperative[worlds].ravel(),
             wanted=wanted,
             world=numbers,
             reach=self.rules.sensing_range,
-            heading=world.heading[worlds].ravel(),
+            heading=known.heading[worlds].ravel(),
             own_walls=self._map(worlds) if has_map else None,
             lidar=None if has_map else self._scan(worlds),
         )
@@ -194,6 +223,21 @@ class Navigation:
         world, rules = self.world, self.rules
         ranges = cast_beams(world, rules.num_beams, rules.lidar_range)
         return Lidar.scan(ranges[worlds].reshape(-1, rules.num_beams))
+
+    def _walk(self, crowd: Crowd, action: FloatArray) -> None:
+        """Replace the actions of people by what they do."""
+        world = self.world
+        walk = partial(
+            walk_worlds,
+            action=action,
+            robots=world.arrays,
+            walls=world.walls.arrays,
+            gait=self._gait,
+            settings=crowd.settings,
+            seed=world.seed,
+            dt=self.rules.dt,
+        )
+        over_worlds(walk, world.num_worlds, world.num_robots)
 
     def _map(self, worlds: slice) -> tuple[FloatArray, IntArray] | None:
         """Walls of the worlds, and which of them each robot knows: those of its own world."""
@@ -231,7 +275,7 @@ class Navigation:
             world.heading[w] = towards_goal if placement.heading is None else placement.heading
         world.v_max[w] = fleet.v_max if placement.v_max is None else placement.v_max
         world.priority[w] = fleet.priority if placement.priority is None else placement.priority
-        world.cooperative[w] = fleet.cooperative
+        world.cooperative[w] = self._cooperates
         world.present[w] = True
         world.arrived[w] = False
         world.collided[w] = False
@@ -243,11 +287,15 @@ class Navigation:
         world.spin_way[w] = 0.0
         world.spin_turn[w] = 0.0
         world.step_count[w] = 0
+        world.turn_rate[w] = 0.0
+        world.seed[w] = self._generators[w].integers(2**31)
+        self._gait.goes_back[w] = False
+        self._gait.direction[w] = np.arctan2(*(placement.goal - placement.start).T[::-1])
 
-    def _require_apart(self) -> None:
+    def _require_apart(self, worlds: list[int]) -> None:
         position = self.world.position
         at_rest = Movement(np.zeros_like(position), np.zeros(position.shape[:2]), self.rules.dt)
-        contacts = find_contacts(position, at_rest, self._bodies())
+        contacts = find_contacts(position, at_rest, self._bodies(), worlds=worlds)
         for clearance, what in (
             (contacts.clearance, "another"),
             (contacts.wall_clearance, "a wall"),

@@ -28,10 +28,12 @@ class RobotArrays(NamedTuple):
     position: FloatArray
     velocity: FloatArray
     heading: FloatArray
+    turn_rate: FloatArray
     goal: FloatArray
     radius: FloatArray
     v_max: FloatArray
     omega_max: FloatArray
+    priority: FloatArray
     cooperative: BoolArray
     present: BoolArray
     arrived: BoolArray
@@ -146,6 +148,7 @@ def advance_robot(
     robots.position[w, i, 0] += x
     robots.position[w, i, 1] += y
     robots.heading[w, i] = wrapped(robots.heading[w, i] + fraction * turn)
+    robots.turn_rate[w, i] = turn / settings.dt
     robots.velocity[w, i, 0], robots.velocity[w, i, 1] = arc_point(
         motion.velocity[w, i, 0], motion.velocity[w, i, 1], turn, 1.0
     )
@@ -158,6 +161,7 @@ def advance_robot(
 def stop(robots: RobotArrays, w: int, i: int) -> None:
     """A robot stands still from now on, and does not cooperate."""
     robots.velocity[w, i, 0], robots.velocity[w, i, 1] = 0.0, 0.0
+    robots.turn_rate[w, i] = 0.0
     robots.cooperative[w, i] = False
 
 

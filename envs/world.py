@@ -28,6 +28,7 @@ class World:
         position: Centres, shape (W, N, 2), in m.
         velocity: Mean velocities of the last step, as everyone observes them, shape (W, N, 2), in m/s.
         heading: Directions that differential drives face, shape (W, N), in rad; holonomic robots have none: 0.
+        turn_rate: Turn rates of the last step, shape (W, N), in rad/s.
         goal: Shape (W, N, 2), in m.
         radius: Shape (W, N), in m.
         v_max: Greatest speeds, shape (W, N), in m/s.
@@ -46,6 +47,7 @@ class World:
         spin_way: Way driven shortly before the time limit, shape (W, N), in m; see `Rules.spin_time`.
         spin_turn: Angles turned then, shape (W, N), in rad.
         step_count: Steps since the reset, shape (W,).
+        seed: Of the chance within each world (noise, people), shape (W,).
         walls: Walls of each world.
         kinematics: How robots move.
     """
@@ -53,6 +55,7 @@ class World:
     position: FloatArray
     velocity: FloatArray
     heading: FloatArray
+    turn_rate: FloatArray
     goal: FloatArray
     radius: FloatArray
     v_max: FloatArray
@@ -71,6 +74,7 @@ class World:
     spin_way: FloatArray
     spin_turn: FloatArray
     step_count: IntArray
+    seed: IntArray
     walls: WallMap
     kinematics: Kinematics
 
@@ -82,6 +86,7 @@ class World:
             position=np.zeros((*shape, 2)),
             velocity=np.zeros((*shape, 2)),
             heading=np.zeros(shape),
+            turn_rate=np.zeros(shape),
             goal=np.zeros((*shape, 2)),
             radius=np.array(np.broadcast_to(fleet.radius, shape)),
             v_max=np.array(np.broadcast_to(fleet.v_max, shape)),
@@ -100,6 +105,7 @@ class World:
             spin_way=np.zeros(shape),
             spin_turn=np.zeros(shape),
             step_count=np.zeros(num_worlds, dtype=np.int64),
+            seed=np.zeros(num_worlds, dtype=np.int64),
             walls=WallMap(num_worlds),
             kinematics=fleet.kinematics,
         )

@@ -9,6 +9,7 @@ from gymnasium.utils.env_checker import check_env
 import envs
 import safefilter as sf
 from envs.gymnasium_adapter import OneLearner
+from envs.observation_layout import ObservationLayout
 from envs.reward import RewardWeights
 from envs.scenarios import Scenario
 from safefilter.arrays import FloatArray
@@ -50,9 +51,9 @@ def test_gymnasium_accepts_it_with_filtered_others() -> None:
 
 def test_scenario_and_number_of_neighbours_can_be_chosen() -> None:
     scenario: Scenario = envs.Circle(5)
-    env = make(scenario=scenario, num_neighbours=2)
+    env = make(scenario=scenario, layout=ObservationLayout(2, 0))
     observation, _ = env.reset(seed=0)
-    assert observation.shape == (7 + 2 * 8,)
+    assert observation.shape == (9 + 2 * 9,)
     assert env.scene().num_robots == 5
 
 
@@ -184,13 +185,13 @@ def test_kinematics_can_be_chosen() -> None:
 
 
 def test_drives_see_the_world_in_their_own_axes() -> None:
-    env = make("envs:CrossroadDrive-v0", num_neighbours=1)
+    env = make("envs:CrossroadDrive-v0", layout=ObservationLayout(1, 0))
     env.reset(seed=0)
     world = env.navigation.world
     world.heading[0, 0] = 1.0
     world.goal[0, 0] = world.position[0, 0] + [np.cos(1.0), np.sin(1.0)]
     observation, *_ = env.step(np.zeros(2, dtype=np.float32))
-    np.testing.assert_allclose(observation[:2], [1.0, 0.0], atol=1e-6)
+    np.testing.assert_allclose(observation[2:4], [1.0, 0.0], atol=1e-6)
 
 
 def test_filtered_drive_keeps_clear_of_walls_that_a_bare_one_hits() -> None:
