@@ -7,11 +7,14 @@ walls; and ``envs:Scenario-v0`` of any scenario by name or file, see `envs.scena
 
 import gymnasium
 
+from envs.crowd import Crowd, Motion
 from envs.fleet import Fleet
 from envs.navigation import Navigation
+from envs.observation_layout import ObservationLayout
 from envs.outcome import Outcome
 from envs.rules import AfterArrival, Rules
 from envs.scenarios import Circle, Corridor, Crossroad, Doorway, Town, UShape, load_scenario
+from envs.sensing import Sensing
 from envs.world import World
 
 __all__ = [
@@ -19,11 +22,15 @@ __all__ = [
     "Circle",
     "Corridor",
     "Crossroad",
+    "Crowd",
     "Doorway",
     "Fleet",
+    "Motion",
     "Navigation",
+    "ObservationLayout",
     "Outcome",
     "Rules",
+    "Sensing",
     "Town",
     "UShape",
     "World",
