@@ -194,8 +194,11 @@ class Group(Part):
 
     @model_validator(mode="after")
     def _fits_its_grids(self) -> Self:
-        for region in (self.start, self.goal):
-            if isinstance(region, Grid) and region.columns * region.rows < self.count:
+        regions = [self.start, self.goal]
+        for region in regions:
+            if isinstance(region, AnyOf):
+                regions += region.any_of
+            elif isinstance(region, Grid) and region.columns * region.rows < self.count:
                 raise ValueError(
                     f"count: {self.count} robots, but a grid of {region.columns} columns and {region.rows} rows"
                 )
