@@ -124,10 +124,13 @@ def _closed_outlines(walls: FloatArray) -> list[FloatArray]:
 
 def _draw_areas(ax: Axes, scenario: DescribedScenario) -> None:
     scale = scenario.specification.scale
-    for member in scenario.members:
-        for place, colour in ((member.start, START_COLOUR), (member.goal, GOAL_COLOUR)):
-            for corners in place.outlines():
-                ax.add_patch(Polygon(scale * corners, facecolor=colour, alpha=0.25))
+    starts = [member.start for member in scenario.members]
+    goals = [member.goal for member in scenario.members]
+    for places, colour in ((starts, START_COLOUR), (goals, GOAL_COLOUR)):
+        # Robots of a group share their areas, and shades would add up.
+        areas = {corners.tobytes(): corners for place in places for corners in place.outlines()}
+        for corners in areas.values():
+            ax.add_patch(Polygon(scale * corners, facecolor=colour, alpha=0.25))
     ax.plot(*scenario.waypoints.T, "+", color="0.3", markersize=5)
 
 
