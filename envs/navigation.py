@@ -204,7 +204,10 @@ class Navigation:
         has_map = self.rules.num_beams == 0
         wanted = None
         if actions is not None:
-            wanted = self._movement(actions).mean_velocity[worlds].reshape(-1, 2)
+            # People do not tell: what is seen of them has to do.
+            told = self._movement(actions).mean_velocity
+            told[world.person] = known.velocity[world.person]
+            wanted = told[worlds].reshape(-1, 2)
         return Scene.from_world(
             position=known.position[worlds].reshape(-1, 2),
             velocity=known.velocity[worlds].reshape(-1, 2),

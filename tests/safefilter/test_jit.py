@@ -20,7 +20,14 @@ from numba.core.caching import CompileResultCacheImpl
 
 import safefilter
 from safefilter.arrays import FloatArray
-from safefilter.jit import array_formula, formula, kernel, source_digest, source_of
+from safefilter.jit import (
+    array_formula,
+    formula,
+    kernel,
+    package_of,
+    source_digest,
+    source_of,
+)
 
 PACKAGE = Path(safefilter.__file__).parent
 numba_config: Any = numba.config  # numba's types know no settings
@@ -183,3 +190,16 @@ def test_kernels_work_where_no_folder_can_be_written(monkeypatch: pytest.MonkeyP
     # numba looks for a folder to write to in these places, and raises if there is none.
     monkeypatch.setattr(CompileResultCacheImpl, "_locator_classes", [])
     assert kernel(plus_one)(1.0) == 2.0
+
+
+def test_kernels_of_other_packages_are_kept_by_the_digest_of_theirs(tmp_path: Path) -> None:
+    inner = tmp_path / "outer" / "inner"
+    inner.mkdir(parents=True)
+    for folder in (inner, inner.parent):
+        (folder / "__init__.py").touch()
+    (inner / "kernels.py").write_text("one = 1\n", encoding="utf-8")
+    assert package_of(inner / "kernels.py") == tmp_path / "outer"
+    assert package_of(tmp_path / "alone.py") == tmp_path / "alone.py"
+    before = source_digest.__wrapped__(tmp_path / "outer")  # past its cache
+    (inner.parent / "formulas.py").write_text("two = 2\n", encoding="utf-8")
+    assert source_digest.__wrapped__(tmp_path / "outer") != before
