@@ -98,7 +98,9 @@ def draw_scenario(path: Path, scenario: Scenario, seed: int) -> None:
     _draw_robots(ax, placement, people)
     ax.set_aspect("equal")
     ax.autoscale_view()
-    ax.set(xlabel="x in m", ylabel="y in m", title=f"{scenario.name}: {scenario.num_robots} robots")
+    who = f"{scenario.num_robots - len(people)} robots"
+    who += f", {len(people)} people" if people else ""
+    ax.set(xlabel="x in m", ylabel="y in m", title=f"{scenario.name}: {who}")
     figure.savefig(path, dpi=80)
 
 
