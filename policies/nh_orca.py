@@ -91,8 +91,11 @@ class NHORCA:
     """Goes straight to the goal, as far as ORCA lets it.
 
     The velocity nearest to the preferred one is solved for as if robots were holonomic, with radii grown by the
-    tracking error; a differential drive then goes for it at the greatest speed that keeps this error. Nothing here
-    rules collisions out: that is for a filter around it, see `orca_filter`.
+    tracking error; a differential drive then goes for it at the greatest speed that keeps this error.
+
+    Nothing here rules collisions out: that is for a filter around it, see `orca_filter`. Alone it grazes corners, by
+    10 mm at most in what was tried, for walls are not grown by the tracking error: that would cost arrivals (94 % down
+    to 83 % on the congested crossroad).
 
     Priorities are taken for equal: NH-ORCA knows none. Robots that do not cooperate are avoided alone; they
     themselves go straight to their goals.
