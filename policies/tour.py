@@ -40,7 +40,7 @@ NUM_BEAMS = 360
 """Beams of the lidar-only trials."""
 MANY_ROBOTS = 30
 """Scenarios of more robots are driven in one world, and for `SHORT_TIME`."""
-SHORT_TIME = 30.0  # s
+SHORT_TIME = 60.0  # s
 
 
 @dataclass(frozen=True, slots=True)
