@@ -2,7 +2,7 @@
 
 Numba keys its disk cache by the file of the compiled function alone. Ours inline formulas from other files, so a
 cached kernel would go on running the old formula after an upgrade. Here the key also holds a digest of every source
-file of this package, and of the one that the function is in.
+file of this package, and of the package that the kernel is in.
 
 Functions marked `formula` are plain arithmetic: numba compiles them, `proofs` calls their source on z3 terms and
 tests call it on `Fraction`; see `source_of`.
@@ -27,21 +27,26 @@ _config: Any = numba.config
 _Cache: Any = FunctionCache
 
 
+PACKAGE = Path(__file__).parent
+
+
 @functools.cache
-def source_digest(package: Path = Path(__file__).parent) -> str:
-    """Digest of every source file of a package; by default of this one."""
+def source_digest(folder: Path = PACKAGE) -> str:
+    """Digest of every source file in a folder; by default those of this package."""
     digest = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
+    for path in sorted(folder.rglob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
 def package_of(file: Path) -> Path:
-    """Folder of the outermost package that a source file is in, or the file itself if it is in none."""
-    package = file
-    while (package.parent / "__init__.py").exists():
-        package = package.parent
-    return package
+    """Folder of the outermost package that a source file is in; of this one for a file that is in none."""
+    if not (file.parent / "__init__.py").exists():
+        return PACKAGE
+    folder = file.parent
+    while (folder.parent / "__init__.py").exists():
+        folder = folder.parent
+    return folder
 
 
 class _WholePackageCache(_Cache):  # type: ignore[misc]  # of any type, see above
