@@ -2,7 +2,7 @@
 
 Importing this registers the Gymnasium environments ``envs:Crossroad-v0`` and ``envs:Circle-v0`` of holonomic robots,
 and ``envs:CrossroadDrive-v0``, ``envs:CorridorDrive-v0`` and ``envs:DoorwayDrive-v0`` of differential drives between
-walls.
+walls; and ``envs:Scenario-v0`` of any scenario by name or file, see `envs.scenarios.load_scenario`.
 """
 
 import gymnasium
@@ -13,7 +13,7 @@ from envs.navigation import Navigation
 from envs.observation_layout import ObservationLayout
 from envs.outcome import Outcome
 from envs.rules import AfterArrival, Rules
-from envs.scenarios import Circle, Corridor, Crossroad, Doorway, UShape
+from envs.scenarios import Circle, Corridor, Crossroad, Doorway, Town, UShape, load_scenario
 from envs.sensing import Sensing
 from envs.world import World
 
@@ -31,8 +31,10 @@ __all__ = [
     "Outcome",
     "Rules",
     "Sensing",
+    "Town",
     "UShape",
     "World",
+    "load_scenario",
 ]
 
 gymnasium.register(
@@ -55,3 +57,4 @@ for _name, _scenario in (
         entry_point="envs.gymnasium_adapter:OneLearner",
         kwargs={"scenario": _scenario, "kinematics": "differential"},
     )
+gymnasium.register(id="Scenario-v0", entry_point="envs.named_scenario:named_scenario")

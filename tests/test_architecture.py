@@ -57,6 +57,7 @@ DISTRIBUTIONS = {
     "PIL": "pillow",
     "irsim": "ir-sim",
     "stable_baselines3": "stable-baselines3",
+    "yaml": "pyyaml",
     "z3": "z3-solver",
 }
 EXTRA_OF_FOLDER = {

@@ -47,7 +47,7 @@ class UShape:
     @property
     def name(self) -> str:
         """What it is called."""
-        return "u_shape"
+        return "U shape"
 
     @property
     def half_extent(self) -> float:
