@@ -35,6 +35,8 @@ import numpy.typing as npt
 from safefilter.arrays import FloatArray, IntArray, finite_array, frozen, positive_number
 from safefilter.errors import OutOfRange, ShapeError
 from safefilter.jit import formula, kernel
+from safefilter.neighbours import blocks_of
+from safefilter.threads import over_ranges
 
 RIGHT_ANGLE = 0.5 * math.pi
 # A return this close to a known robot's rim may be that robot's: sensor and pose noise of a few centimetres, in m.
@@ -128,7 +130,33 @@ class Lidar:
             )
         unit_margin = float(self.margin(np.ones(1))[0])
         ranges = np.where(np.isnan(self.ranges), np.inf, self.ranges)
-        return scan_walls(ranges, self.angles, position, heading, radius, world, unit_margin)
+        nearest, blocks = np.empty(ranges.shape), blocks_of(world)
+        over_ranges(
+            lambda first, last: find_walls(
+                first,
+                last,
+                ranges,
+                self.angles,
+                position,
+                heading,
+                radius,
+                world,
+                blocks,
+                1.0 - unit_margin,
+                nearest,
+            ),
+            len(position),
+        )
+        start = np.zeros(len(position) + 1, dtype=np.int64)
+        np.cumsum(np.isfinite(nearest).sum(axis=1), out=start[1:])
+        walls = np.empty((start[-1], 5))
+        over_ranges(
+            lambda first, last: write_walls(
+                first, last, nearest, self.angles, position, heading, unit_margin, start, walls
+            ),
+            len(position),
+        )
+        return walls, start
 
 
 @formula
@@ -215,7 +243,8 @@ def half_width(distance: float, radius: float, step: float, num_beams: int) -> i
 @formula
 def mask_returns(
     i: int,
-    first_angle: float,
+    first: int,
+    last: int,
     ranges: FloatArray,
     unit: FloatArray,
     masker: IntArray,
@@ -224,18 +253,21 @@ def mask_returns(
     world: IntArray,
     margin_part: float,
 ) -> None:
-    """Write who masks each return of robot i: the number of a robot, or -1; looks at beams near to robots only."""
+    """Write who among robots [first, last) masks each return of robot i: the number of a robot, or -1."""
     masker[:] = -1
-    num_beams = len(masker)
-    step = 2.0 * math.pi / num_beams
-    for j in range(len(position)):
+    furthest = 0.0
+    for k in range(len(masker)):
+        if math.isfinite(ranges[i, k]):
+            furthest = max(furthest, ranges[i, k])
+    for j in range(first, last):
         if j == i or world[j] != world[i]:
             continue
         c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
-        middle = round((math.atan2(c_y, c_x) - first_angle) / step)
-        beside = half_width(math.hypot(c_x, c_y), radius[j] + MASK_MARGIN, step, num_beams)
-        for number in range(middle - beside, min(middle + beside + 1, middle - beside + num_beams)):
-            k = number % num_beams
+        # Twice the margin, so that rounding of this shortcut masks what the exact test would.
+        reach = furthest + radius[j] + 2.0 * MASK_MARGIN
+        if c_x * c_x + c_y * c_y > reach * reach:
+            continue
+        for k in range(len(masker)):
             distance = ranges[i, k]
             if math.isfinite(distance) and is_masked(
                 distance * unit[k, 0], distance * unit[k, 1], c_x, c_y, radius[j], margin_part
@@ -244,29 +276,54 @@ def mask_returns(
 
 
 @kernel
-def scan_walls(
+def find_walls(
+    first: int,
+    last: int,
     ranges: FloatArray,
     angles: FloatArray,
     position: FloatArray,
     heading: FloatArray,
     radius: FloatArray,
     world: IntArray,
-    unit_margin: float,
-) -> tuple[FloatArray, IntArray]:
-    """Turn scans, infinite where nothing came back, into walls; see `Lidar.walls`. ``unit_margin`` is that at 1 m."""
-    num_robots, num_beams = ranges.shape
-    walls = np.empty((num_robots * num_beams, 5))
-    start = np.zeros(num_robots + 1, dtype=np.int64)
+    blocks: IntArray,
+    margin_part: float,
+    nearest: FloatArray,
+) -> None:
+    """Write for robots [first, last) the range at which there may be wall on each beam, infinite for none.
+
+    Args:
+        first: First robot.
+        last: One past the last robot.
+        ranges: Scans, infinite where nothing came back, shape (N, K).
+        angles: Of the beams, shape (K,).
+        position: Shape (N, 2).
+        heading: Shape (N,).
+        radius: Shape (N,).
+        world: Shape (N,).
+        blocks: Robots of one world lie within one of them; see `blocks_of`.
+        margin_part: 1 less the margin at a distance of 1 m.
+        nearest: Out, shape (N, K).
+    """
+    num_beams = len(angles)
     unit, masker = np.empty((num_beams, 2)), np.empty(num_beams, dtype=np.int64)
-    margin_part, count = 1.0 - unit_margin, 0
-    for i in range(num_robots):
+    block = np.searchsorted(blocks, first, side="right") - 1
+    for i in range(first, last):
+        while blocks[block + 1] <= i:
+            block += 1
         for k in range(num_beams):
-            unit[k, 0], unit[k, 1] = (
-                math.cos(heading[i] + angles[k]),
-                math.sin(heading[i] + angles[k]),
-            )
+            direction = heading[i] + angles[k]
+            unit[k, 0], unit[k, 1] = math.cos(direction), math.sin(direction)
         mask_returns(
-            i, heading[i] + angles[0], ranges, unit, masker, position, radius, world, margin_part
+            i,
+            blocks[block],
+            blocks[block + 1],
+            ranges,
+            unit,
+            masker,
+            position,
+            radius,
+            world,
+            margin_part,
         )
         before = nearest_in_gap(
             i, num_beams - 1, 0, ranges, unit, masker, position, radius, margin_part
@@ -275,13 +332,32 @@ def scan_walls(
             after = nearest_in_gap(
                 i, k, (k + 1) % num_beams, ranges, unit, masker, position, radius, margin_part
             )
-            nearest = min(before, after)
+            nearest[i, k] = min(before, after)
             before = after
-            if math.isfinite(nearest):
-                for axis in range(2):
-                    place = position[i, axis] + nearest * unit[k, axis]
-                    walls[count, axis], walls[count, 2 + axis] = place, place
-                walls[count, 4] = unit_margin * nearest
-                count += 1
-        start[i + 1] = count
-    return walls[:count].copy(), start
+
+
+@kernel
+def write_walls(
+    first: int,
+    last: int,
+    nearest: FloatArray,
+    angles: FloatArray,
+    position: FloatArray,
+    heading: FloatArray,
+    unit_margin: float,
+    start: IntArray,
+    walls: FloatArray,
+) -> None:
+    """Write what `find_walls` found of robots [first, last) as points with their margins; ``unit_margin`` is at 1 m."""
+    for i in range(first, last):
+        row = start[i]
+        for k in range(len(angles)):
+            distance = nearest[i, k]
+            if not math.isfinite(distance):
+                continue
+            direction = heading[i] + angles[k]
+            x = position[i, 0] + distance * math.cos(direction)
+            y = position[i, 1] + distance * math.sin(direction)
+            walls[row, 0], walls[row, 1], walls[row, 2], walls[row, 3] = x, y, x, y
+            walls[row, 4] = unit_margin * distance
+            row += 1
