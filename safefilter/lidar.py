@@ -245,6 +245,7 @@ def mask_returns(
     i: int,
     first: int,
     last: int,
+    first_angle: float,
     ranges: FloatArray,
     unit: FloatArray,
     masker: IntArray,
@@ -255,19 +256,17 @@ def mask_returns(
 ) -> None:
     """Write who among robots [first, last) masks each return of robot i: the number of a robot, or -1."""
     masker[:] = -1
-    furthest = 0.0
-    for k in range(len(masker)):
-        if math.isfinite(ranges[i, k]):
-            furthest = max(furthest, ranges[i, k])
+    num_beams = len(masker)
+    step = 2.0 * math.pi / num_beams
     for j in range(first, last):
         if j == i or world[j] != world[i]:
             continue
         c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
-        # Twice the margin, so that rounding of this shortcut masks what the exact test would.
-        reach = furthest + radius[j] + 2.0 * MASK_MARGIN
-        if c_x * c_x + c_y * c_y > reach * reach:
-            continue
-        for k in range(len(masker)):
+        # Only beams near to the robot can hit it.
+        middle = round((math.atan2(c_y, c_x) - first_angle) / step)
+        beside = half_width(math.hypot(c_x, c_y), radius[j] + MASK_MARGIN, step, num_beams)
+        for number in range(middle - beside, min(middle + beside + 1, middle - beside + num_beams)):
+            k = number % num_beams
             distance = ranges[i, k]
             if math.isfinite(distance) and is_masked(
                 distance * unit[k, 0], distance * unit[k, 1], c_x, c_y, radius[j], margin_part
@@ -317,6 +316,7 @@ def find_walls(
             i,
             blocks[block],
             blocks[block + 1],
+            heading[i] + angles[0],
             ranges,
             unit,
             masker,
