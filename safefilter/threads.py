@@ -23,10 +23,20 @@ if hasattr(os, "register_at_fork"):  # not on Windows, which does not fork
     os.register_at_fork(after_in_child=_pools.clear)
 
 
-def over_ranges(work: Callable[[int, int], object], num_items: int) -> None:
+def over_ranges(
+    work: Callable[[int, int], object],
+    num_items: int,
+    *,
+    ranges_per_thread: int = RANGES_PER_THREAD,
+) -> None:
     """Call ``work(first, last)`` for ranges that cover ``num_items``, in parallel where that pays.
 
     What ``work`` raises is raised here, once no range is being worked on any more.
+
+    Args:
+        work: What to do with a range.
+        num_items: How many items there are.
+        ranges_per_thread: More even out items that differ; fewer cost fewer calls, one at a time, of ``work``.
     """
     # Asking numba takes a microsecond: not for a batch too small.
     num_threads = numba.get_num_threads() if num_items >= MIN_ITEMS else 1
@@ -36,7 +46,7 @@ def over_ranges(work: Callable[[int, int], object], num_items: int) -> None:
     pool = _pools.get(num_threads)
     if pool is None:
         pool = _pools[num_threads] = ThreadPoolExecutor(num_threads, "safefilter")
-    size = -(-num_items // (RANGES_PER_THREAD * num_threads))
+    size = -(-num_items // (ranges_per_thread * num_threads))
     starts = range(0, num_items, size)
     futures = [pool.submit(work, first, min(first + size, num_items)) for first in starts]
     wait(futures)
