@@ -153,17 +153,12 @@ class World:
         return full_speed(self.goal - self.position, self.v_max)
 
 
-# Worlds are much alike, and handing over all the arrays of a world costs some 10 us a call.
-RANGES_PER_THREAD = 2
-
-
 def over_worlds(work: Callable[[int, int], object], num_worlds: int, num_robots: int) -> None:
     """Call ``work(first, last)`` for ranges of worlds, in parallel where there are robots enough for that to pay."""
     # Ranges are of robots, and a world belongs to that of its first one.
     over_ranges(
         lambda first, last: work(-(-first // num_robots), -(-last // num_robots)),
         num_worlds * num_robots,
-        ranges_per_thread=RANGES_PER_THREAD,
     )
 
 
