@@ -65,7 +65,7 @@ EXTRA_OF_FOLDER = {
     "envs": ["demo"],
     "policies": ["demo", "learn"],
     "proofs": ["dev"],
-    "benchmarks": ["demo", "dev", "learn"],
+    "benchmarks": ["bench", "demo", "dev", "learn"],
     "examples": ["demo", "learn"],
     "tests": ["demo", "dev", "learn", "testing"],
 }
