@@ -17,15 +17,9 @@ from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from envs.navigation import Navigation
 from envs.observation_layout import ObservationLayout
-from envs.outcome import Outcome
 from envs.recording import Recorder
-from envs.reward import (
-    RewardWeights,
-    dynamic_collision,
-    moving_forward,
-    passing_time,
-    reaching_goal,
-)
+from envs.reward import Reward, RewardWeights
+from envs.reward_tracker import RewardTracker
 from envs.rules import Rules
 from envs.scenarios import Scenario
 from envs.steering import steer
@@ -51,7 +45,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     arrives or collides, and is truncated at the time limit.
 
     ``info`` holds ``clearance`` and ``wall_clearance`` (least free distance to any other robot, and to any wall,
-    during the step, in m), ``arrived`` and ``collided``.
+    during the step, in m), ``arrived`` and ``collided``; after a step also ``reward_...``, its terms by name.
 
     Attributes:
         navigation: The world, with the learner as robot 0.
@@ -94,7 +88,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.render_mode = render_mode
         self._others = others
         self._others_filter = others_filter
-        self._weights = RewardWeights() if weights is None else weights
+        self._tracker = RewardTracker(weights)
         self.action_space = _action_space(fleet)
         self.observation_space = gymnasium.spaces.Box(
             -1.0, 1.0, (self.navigation.observer.layout.size,), np.float32
@@ -127,23 +121,24 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             Observation, reward, terminated, truncated, info.
         """
         world = self.navigation.world
-        before = world.position[0, LEARNER].copy()
+        self._tracker.remember(world)
         actions = self._actions_of_others()
         actions[0, LEARNER] = action
         outcome = self.navigation.step(actions)
         if self.render_mode is not None:
             self._recorder.record()
         arrived, collided = bool(outcome.arrived[0, LEARNER]), bool(outcome.collided[0, LEARNER])
-        reward = self._reward(before, outcome)
+        reward = self._tracker.reward(world, outcome)
         info = _info(
             float(outcome.clearance[0, LEARNER]),
             float(outcome.wall_clearance[0, LEARNER]),
             arrived=arrived,
             collided=collided,
         )
+        info |= _paid(reward)
         return (
             self._observation(),
-            reward,
+            float(reward.total[0, LEARNER]),
             arrived or collided,
             bool(outcome.timed_out[0]),
             info,
@@ -181,17 +176,6 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         observation: Observation = self.navigation.observe()[0, LEARNER]
         return observation
 
-    def _reward(self, before: FloatArray, outcome: Outcome) -> float:
-        world, weights = self.navigation.world, self._weights
-        after, goal = world.position[0, LEARNER], world.goal[0, LEARNER]
-        terms = (
-            moving_forward(before, after, goal, weights.forward),
-            dynamic_collision(outcome.collided[0, LEARNER], weights.collision),
-            reaching_goal(outcome.arrived[0, LEARNER], weights.goal),
-            passing_time(np.ones((), dtype=np.bool_), weights.time),
-        )
-        return float(sum(terms))
-
 
 def _only_learner_cooperates(fleet: Fleet) -> Fleet:
     flags = np.zeros_like(fleet.cooperative)
@@ -217,3 +201,8 @@ def _info(
         "arrived": arrived,
         "collided": collided,
     }
+
+
+def _paid(reward: Reward) -> dict[str, float]:
+    """Terms of the learner, as plain numbers: vector environments gather them in arrays."""
+    return {f"reward_{name}": float(term[0, LEARNER]) for name, term in reward.by_name().items()}

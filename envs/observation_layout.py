@@ -109,19 +109,23 @@ class ObservationLayout:
     @property
     def blocks(self) -> tuple[Block, ...]:
         """The blocks that there are, in order."""
-        neighbours, beams = self.num_neighbours, self.num_beams
-        wanted = [("own", (len(OWN_FIELDS),), OWN_FIELDS)]
-        if neighbours:
-            shape = (neighbours, len(NEIGHBOUR_FIELDS))
-            wanted.append(("neighbours", shape, NEIGHBOUR_FIELDS))
-        if beams:
-            wanted.append(("lidar", (beams,), (BEAM_FIELD,)))
-        if self.has_memory:
-            wanted.append(("memory", (len(MEMORY_FIELDS),), MEMORY_FIELDS))
-        blocks, start = [], 0
-        for name, shape, fields in wanted:
-            blocks.append(Block(name, shape, start, fields))
-            start += blocks[-1].size
+        parts: list[tuple[bool, str, tuple[int, ...], tuple[str, ...]]] = [
+            (True, "own", (len(OWN_FIELDS),), OWN_FIELDS),
+            (
+                self.num_neighbours > 0,
+                "neighbours",
+                (self.num_neighbours, len(NEIGHBOUR_FIELDS)),
+                NEIGHBOUR_FIELDS,
+            ),
+            (self.num_beams > 0, "lidar", (self.num_beams,), (BEAM_FIELD,)),
+            (self.has_memory, "memory", (len(MEMORY_FIELDS),), MEMORY_FIELDS),
+        ]
+        blocks: list[Block] = []
+        start = 0
+        for is_there, name, shape, fields in parts:
+            if is_there:
+                blocks.append(Block(name, shape, start, fields))
+                start += blocks[-1].size
         return tuple(blocks)
 
     @property

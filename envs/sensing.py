@@ -1,8 +1,8 @@
 """Sensing: what of the state of robots others get to know: with noise, late, and not always.
 
 Each robot tells its own estimate of where it is, how fast and which way it faces; everyone receives the same. So both
-of a pair work with the same numbers, as the guarantee of the filter asks for. That they are not true is for the radii of
-the filter to allow for.
+of a pair work with the same numbers, as the guarantee of the filter asks for. That they are not true is for the radii
+of the filter to allow for.
 
 Letters: W worlds, N robots a world, D moments of delay. SI units.
 """

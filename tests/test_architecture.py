@@ -54,8 +54,12 @@ ON_REQUEST = [
 
 # Names on PyPI that differ from the names imported.
 DISTRIBUTIONS = {
-    "PIL": "pillow", "stable_baselines3": "stable-baselines3", "yaml": "pyyaml", "z3": "z3-solver",
-}  # fmt: skip
+    "PIL": "pillow",
+    "irsim": "ir-sim",
+    "stable_baselines3": "stable-baselines3",
+    "yaml": "pyyaml",
+    "z3": "z3-solver",
+}
 EXTRA_OF_FOLDER = {
     "safefilter": ["demo", "learn", "testing"],
     "envs": ["demo"],

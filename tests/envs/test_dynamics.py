@@ -10,7 +10,7 @@ def executable_velocity(command: FloatArray, v_max: FloatArray) -> FloatArray:
     drives = np.zeros(flat.shape, dtype=np.bool_)
     moved = Movement.of(command[np.newaxis], flat, drives, v_max[np.newaxis], flat, 1.0)
     assert (moved.turn == 0.0).all()
-    return moved.velocity[0]
+    return np.asarray(moved.velocity[0])
 
 
 def executable_command(command: FloatArray, v_max: FloatArray, omega_max: FloatArray) -> FloatArray:

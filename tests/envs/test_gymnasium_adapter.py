@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any, cast
 
 import gymnasium
@@ -113,7 +114,7 @@ def test_others_follow_the_policy_given_and_the_seed_decides_its_chance() -> Non
 
 
 def test_arrival_terminates_and_pays() -> None:
-    env = make(weights=RewardWeights(forward=0.0))
+    env = make(weights=replace(RewardWeights.sparse(), norm=0.0))
     env.reset(seed=0)
     world = env.navigation.world
     world.goal[0, 0] = world.position[0, 0] + [0.13, 0.0]
@@ -124,7 +125,7 @@ def test_arrival_terminates_and_pays() -> None:
 
 
 def test_collision_terminates_and_costs() -> None:
-    env = make(weights=RewardWeights(forward=0.0))
+    env = make(weights=replace(RewardWeights.sparse(), norm=0.0))
     env.reset(seed=0)
     world = env.navigation.world
     world.position[0, 0] = world.position[0, 2] + [0.0, 0.23]
@@ -135,10 +136,23 @@ def test_collision_terminates_and_costs() -> None:
 
 
 def test_progress_pays_by_the_metre() -> None:
-    env = make()
+    env = make(weights=RewardWeights(direction=0.0))
     env.reset(seed=0)
     _, reward, _, _, _ = env.step(to_goal(env))
     assert reward == pytest.approx(3.0 * 0.04 - 0.25, abs=1e-6)
+
+
+def test_reward_is_the_sum_of_the_terms_in_info() -> None:
+    env = make()
+    env.reset(seed=0)
+    _, reward, _, _, info = env.step(to_goal(env))
+    terms = {name: value for name, value in info.items() if name.startswith("reward_")}
+    assert reward == pytest.approx(sum(terms.values()))
+    # Straight to the goal at full speed: progress, direction and time by hand.
+    expected = {"reward_forward": 0.12, "reward_direction": np.pi, "reward_time": -0.25}
+    assert {name: value for name, value in terms.items() if value != 0.0} == pytest.approx(
+        expected, abs=1e-6
+    )
 
 
 def test_time_limit_truncates() -> None:
