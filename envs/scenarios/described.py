@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
+from envs.crowd import Crowd
 from envs.fleet import MAX_SPEED
 from envs.rules import Rules
 from envs.scenarios.regions import Gaps, Place, draw_places
@@ -28,7 +28,7 @@ from envs.scenarios.schema import (
 )
 from envs.scenarios.shapes import box, corridor, crossing, outline, turned_copies, u_shape
 from envs.walls import NO_WALLS
-from safefilter.arrays import BoolArray, FloatArray, frozen
+from safefilter.arrays import FloatArray, frozen
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class DescribedScenario:
     half_extent: float
 
     @classmethod
-    def of(cls, specification: Specification) -> Self:
+    def of(cls, specification: Specification) -> DescribedScenario:
         """Lay out what a specification says."""
         members = tuple(
             Member(group, number, 2.0 * math.pi * turn / group.turns)
@@ -83,6 +83,7 @@ class DescribedScenario:
             for turn in range(group.turns)
             for number in range(group.count)
         )
+        kind = Peopled if any(member.group.people for member in members) else cls
         scale = specification.scale
         walls = scale * np.concatenate([NO_WALLS, *map(_segments, specification.walls)])
         areas = [
@@ -91,7 +92,7 @@ class DescribedScenario:
             for place in (member.start, member.goal)
             for corners in place.outlines()
         ]
-        return cls(
+        return kind(
             specification=specification,
             members=members,
             walls=frozen(walls),
@@ -110,11 +111,6 @@ class DescribedScenario:
     def num_robots(self) -> int:
         """Number of robots N."""
         return len(self.members)
-
-    @property
-    def people(self) -> BoolArray:
-        """Which robots are people, shape (N,)."""
-        return np.array([member.group.people for member in self.members])
 
     @property
     def rules(self) -> Rules:
@@ -172,6 +168,19 @@ class DescribedScenario:
             else (default if choice is None else choice)
             for choice in choices
         ])
+
+
+class Peopled(DescribedScenario):
+    """One with people among its robots."""
+
+    __slots__ = ()
+
+    @property
+    def crowd(self) -> Crowd:
+        """Which robots are people, and how they move."""
+        people = [i for i, member in enumerate(self.members) if member.group.people]
+        said = self.specification.crowd.model_dump(exclude_none=True)
+        return Crowd(np.array(people), **said)
 
 
 def _segments(wall: Wall) -> FloatArray:

@@ -21,6 +21,7 @@ from pydantic import (
     model_validator,
 )
 
+from envs.crowd import Motion
 from envs.rules import AfterArrival
 from envs.scenarios.yaml_lines import ScenarioFileError, YamlFile
 
@@ -201,6 +202,17 @@ class Group(Part):
         return self
 
 
+class CrowdRules(Part):
+    """How the people of a file move; see `envs.crowd.Crowd` for what is left out."""
+
+    motion: Motion = Motion.SOCIAL_FORCE
+    drift: Size | None = None
+    turn_radius: Size | None = None
+    relaxation_time: Size | None = None
+    strength: Size | None = None
+    fall_off: Size | None = None
+
+
 class RecommendedRules(Part):
     """Rules that the layout was made for, see `envs.rules.Rules`; who runs it may use others."""
 
@@ -227,6 +239,7 @@ class Specification(Part):
     wall_gap: Size = 0.15
     waypoints: tuple[Point, ...] = ()
     rules: RecommendedRules = RecommendedRules()
+    crowd: CrowdRules = CrowdRules()
 
 
 def read_specification(path: Path) -> Specification:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from envs import Navigation
+from envs.crowd import Crowded, Motion
 from envs.fleet import MAX_SPEED
 from envs.rules import AfterArrival, Rules
 from envs.scenarios.described import DescribedScenario
@@ -113,6 +114,22 @@ def test_rules_are_recommended_where_the_file_says_so() -> None:
     assert made.rules == Rules(after_arrival=AfterArrival.VANISH, time_limit=30.0)
 
 
-def test_people_are_told_apart() -> None:
-    made = scenario(robots=[ROBOT, {**ROBOT, "start": [0.0, 1.0], "people": True, "turns": 2}])
-    assert made.people.tolist() == [False, True, True]
+def test_people_are_told_apart_and_move_as_the_file_says() -> None:
+    walker = {**ROBOT, "start": [0.0, 1.0], "goal": [4.0, 1.0], "people": True, "turns": 2}
+    made = scenario(
+        robots=[ROBOT, walker], crowd={"motion": "constant velocity", "turn_radius": 0.5}
+    )
+    assert isinstance(made, Crowded)
+    assert made.crowd.people.tolist() == [1, 2]
+    assert made.crowd.motion is Motion.CONSTANT_VELOCITY
+    assert made.crowd.turn_radius == 0.5
+    navigation = Navigation(made)
+    navigation.reset(0)
+    before = navigation.world.position.copy()
+    navigation.step(np.zeros((1, 3, 2)))
+    moved = np.linalg.norm(navigation.world.position - before, axis=-1)[0]
+    np.testing.assert_allclose(moved, [0.0, 0.04, 0.04])
+
+
+def test_scenarios_without_people_have_no_crowd() -> None:
+    assert not isinstance(scenario(), Crowded)
