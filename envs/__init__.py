@@ -2,7 +2,9 @@
 
 Importing this registers the Gymnasium environments ``envs:Crossroad-v0`` and ``envs:Circle-v0`` of holonomic robots,
 and ``envs:CrossroadDrive-v0``, ``envs:CorridorDrive-v0`` and ``envs:DoorwayDrive-v0`` of differential drives between
-walls; and ``envs:Scenario-v0`` of any scenario by name or file, see `envs.scenarios.load_scenario`.
+walls; ``envs:Town-v0`` and ``envs:TownHeldOut-v0``; and ``envs:Scenario-v0`` of any scenario by name or file, see
+`envs.scenarios.load_scenario`. In all of these one robot learns; ``gymnasium.make_vec("envs:Robots-v0", num_envs=...,
+scenario=...)`` makes every robot a lane.
 """
 
 import gymnasium
@@ -51,3 +53,10 @@ for _name, _scenario in (
         kwargs={"scenario": _scenario, "kinematics": "differential"},
     )
 gymnasium.register(id="Scenario-v0", entry_point="envs.named_scenario:named_scenario")
+for _name, _town in (("Town", Town(8)), ("TownHeldOut", Town(8, "held-out"))):
+    gymnasium.register(
+        id=f"{_name}-v0",
+        entry_point="envs.named_scenario:named_scenario",
+        kwargs={"scenario": _town},
+    )
+gymnasium.register(id="Robots-v0", vector_entry_point="envs.vector_adapter:VectorRobots")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
 from PIL import Image
 
 # Enough for flat colours and their smoothed edges.
@@ -13,12 +15,12 @@ REST = 2.0
 """How long the last frame is shown, in s."""
 
 
-def write_gif(path: Path, frames: Iterable[Image.Image], frame_time: float) -> None:
+def write_gif(path: Path, frames: Iterable[npt.NDArray[np.uint8]], frame_time: float) -> None:
     """Write an animated GIF that runs for ever and rests on its last frame.
 
     Args:
         path: File to write.
-        frames: Pictures of one size, at least one.
+        frames: RGB pictures of one size, at least one, each of shape (height, width, 3).
         frame_time: Time each frame is shown, in s.
 
     Raises:
@@ -26,7 +28,7 @@ def write_gif(path: Path, frames: Iterable[Image.Image], frame_time: float) -> N
     """
     # The last frame holds every colour: full trails, and crosses if there are any. One palette for all frames
     # keeps what stands still bit for bit the same, so that it costs nothing in the file.
-    pictures = list(frames)
+    pictures = [Image.fromarray(frame) for frame in frames]
     if not pictures:
         raise ValueError("frames: expected at least one picture, got none")
     palette = pictures[-1].quantize(NUM_COLOURS)

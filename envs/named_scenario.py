@@ -10,22 +10,19 @@ from pathlib import Path
 from typing import Any
 
 from envs.gymnasium_adapter import OneLearner
-from envs.scenarios.library import load_scenario
+from envs.scenarios import Scenario
 
 
-def named_scenario(scenario: str | Path = "crossroad", **settings: Any) -> OneLearner:
-    """Build the environment, with differential drives and the scenario's own rules unless told otherwise.
+def named_scenario(scenario: Scenario | str | Path = "crossroad", **settings: Any) -> OneLearner:
+    """Build the environment, with differential drives unless told otherwise.
 
     Args:
-        scenario: See `load_scenario`.
+        scenario: See `OneLearner`.
         **settings: As for `OneLearner`.
 
     Raises:
         UnknownScenario: If the library has no such name.
         ScenarioFileError: If the file cannot be used.
     """
-    loaded = load_scenario(scenario)
-    default = {"rules": loaded.rules} | (
-        {} if "fleet" in settings else {"kinematics": "differential"}
-    )
-    return OneLearner(loaded, **(default | settings))
+    default = {} if "fleet" in settings else {"kinematics": "differential"}
+    return OneLearner(scenario, **(default | settings))
