@@ -1,8 +1,8 @@
 """Agent-steps a second of the simulator: 36 beams, 8 robots a world, step and observation, filter off and on.
 
 An agent-step is one robot moved by one step of 0.2 s, collisions judged inside the step, and its new observation of 90
-numbers made. Robots are differential drives at the walled crossroad, driven to their goals; worlds that are over are
-reset within the time that counts.
+numbers made. Robots are differential drives at the walled crossroad, driven to their goals; worlds that are over
+are reset within the time that counts, though not in the best round.
 """
 
 from __future__ import annotations

@@ -9,11 +9,14 @@ scenario=...)`` makes every robot a lane.
 
 import gymnasium
 
+from envs.crowd import Crowd, Motion
 from envs.fleet import Fleet
 from envs.navigation import Navigation
+from envs.observation_layout import ObservationLayout
 from envs.outcome import Outcome
 from envs.rules import AfterArrival, Rules
 from envs.scenarios import Circle, Corridor, Crossroad, Doorway, Town, UShape, load_scenario
+from envs.sensing import Sensing
 from envs.world import World
 
 __all__ = [
@@ -21,11 +24,15 @@ __all__ = [
     "Circle",
     "Corridor",
     "Crossroad",
+    "Crowd",
     "Doorway",
     "Fleet",
+    "Motion",
     "Navigation",
+    "ObservationLayout",
     "Outcome",
     "Rules",
+    "Sensing",
     "Town",
     "UShape",
     "World",

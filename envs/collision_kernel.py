@@ -81,7 +81,8 @@ def judge_pair(step: StepArrays, contacts: ContactArrays, w: int, i: int, j: int
     """Free distance of two robots over the step, and when they touch, if they do."""
     gap, travels = start_gap(step, w, i, j), step.travel[w, i] + step.travel[w, j]
     least = gap - travels
-    known = max(contacts.clearance[w, i], contacts.clearance[w, j])
+    # What is further than both robots' least clearance so far need not be known; every contact has to be.
+    known = max(0.0, contacts.clearance[w, i], contacts.clearance[w, j])
     if least >= known:
         return
     if travels > COARSENESS * gap:
@@ -96,9 +97,7 @@ def judge_pair(step: StepArrays, contacts: ContactArrays, w: int, i: int, j: int
             step.turn[w, i],
         )
         reach = step.radius[w, i] + step.radius[w, j]
-        # What is further than both robots' least clearance so far need not be known exactly.
-        enough = reach + max(0.0, known)
-        least = least_path_distance(path, POINT, enough, reach, COARSENESS) - reach
+        least = least_path_distance(path, POINT, reach + known, reach, COARSENESS) - reach
         if least < -CONTACT_TOLERANCE:
             s = first_entry(path, POINT, reach)
             contacts.num_pairs[w] += 1
@@ -189,7 +188,7 @@ def judge_wall(
     """Free distance of a robot from a wall over the step, and when it touches it, if it does."""
     reach, travels = step.radius[w, i], step.travel[w, i]
     least = gap - travels
-    known = contacts.wall_clearance[w, i]
+    known = max(0.0, contacts.wall_clearance[w, i])
     if least >= known:
         return
     if travels > COARSENESS * gap:
@@ -203,13 +202,12 @@ def judge_wall(
             0.0,
             0.0,
         )
-        enough = reach + max(0.0, known)
-        least = least_path_distance(path, wall, enough, reach, COARSENESS) - reach
+        least = least_path_distance(path, wall, reach + known, reach, COARSENESS) - reach
         if least < -CONTACT_TOLERANCE:
             contacts.hit_wall[w, i] = True
             entry = first_entry(path, wall, reach)
             contacts.fraction[w, i] = min(contacts.fraction[w, i], entry)
-    contacts.wall_clearance[w, i] = min(known, least)
+    contacts.wall_clearance[w, i] = min(contacts.wall_clearance[w, i], least)
 
 
 @formula

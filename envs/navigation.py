@@ -22,10 +22,12 @@ from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
 from envs.sensing import Sensing
 from envs.step_kernel import Motion, step_worlds
+from envs.walls import WallMap
 from envs.world import World, over_worlds
-from safefilter.arrays import FloatArray, IntArray, finite_array
+from safefilter.arrays import FloatArray, finite_array
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
+from safefilter.outlines import OwnWalls
 from safefilter.scene import Scene
 
 
@@ -86,6 +88,8 @@ class Navigation:
         self._cooperates = self.fleet.cooperative & ~self.world.person[0]
         self.observer = Observer(self.world, self.rules, layout, sensing)
         self._settings = self.rules.settings(drives=self.world.is_differential)
+        # Another moment's walls: nothing is kept yet.
+        self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
 
     def reset(self, seed: int | None = None, *, worlds: npt.ArrayLike = True) -> None:
@@ -204,7 +208,10 @@ class Navigation:
         has_map = self.rules.num_beams == 0
         wanted = None
         if actions is not None:
-            wanted = self._movement(actions).mean_velocity[worlds].reshape(-1, 2)
+            # People do not tell: what is seen of them has to do.
+            told = self._movement(actions).mean_velocity
+            told[world.person] = known.velocity[world.person]
+            wanted = told[worlds].reshape(-1, 2)
         return Scene.from_world(
             position=known.position[worlds].reshape(-1, 2),
             velocity=known.velocity[worlds].reshape(-1, 2),
@@ -239,14 +246,19 @@ class Navigation:
         )
         over_worlds(walk, world.num_worlds, world.num_robots)
 
-    def _map(self, worlds: slice) -> tuple[FloatArray, IntArray] | None:
-        """Walls of the worlds, and which of them each robot knows: those of its own world."""
+    def _map(self, worlds: slice) -> OwnWalls:
+        """Walls of the worlds: each robot knows those of its own world. Kept as long as no wall changes."""
         arrays = self.world.walls.arrays
+        kept_arrays, kept_worlds, kept = self._kept_map
+        if kept_arrays is arrays and kept_worlds == worlds:
+            return kept
         segment, count = arrays.segment[worlds], arrays.num_walls[worlds]
         num_worlds, most = segment.shape[:2]
         first = np.repeat(most * np.arange(num_worlds), self.world.num_robots)
         ranges = np.stack([first, first + np.repeat(count, self.world.num_robots)], axis=1)
-        return (segment.reshape(-1, 2, 2), ranges) if most else None
+        known = OwnWalls.of(segment.reshape(-1, 2, 2), ranges)
+        self._kept_map = arrays, worlds, known
+        return known
 
     def _movement(self, actions: FloatArray) -> Movement:
         world = self.world

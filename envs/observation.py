@@ -59,6 +59,7 @@ class Observer:
         self.layout = ObservationLayout() if layout is None else layout
         given = Sensing() if sensing is None else sensing
         self._world = world
+        self._shape = (world.num_worlds, world.num_robots, self.layout.size)
         self._robots = world.arrays
         self._beams = Beams.evenly(self.layout.num_beams)
         self._odometry = Odometry(
@@ -95,8 +96,7 @@ class Observer:
             Shape (W, N, F), in [-1, 1].
         """
         world = self._world
-        shape = (world.num_worlds, world.num_robots, self.layout.size)
-        written = np.zeros(shape, dtype=np.float32)
+        written = np.zeros(self._shape, dtype=np.float32)
 
         def write(first: int, last: int) -> None:
             _observe(

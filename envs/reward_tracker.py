@@ -54,8 +54,7 @@ class RewardTracker:
         Returns:
             Reward of each robot, term by term.
         """
-        collided = outcome.collided
-        late = np.broadcast_to(outcome.timed_out[:, np.newaxis], collided.shape)
+        shape = outcome.arrived.shape
         step = Transition(
             start=world.start,
             before=self._before,
@@ -67,10 +66,10 @@ class RewardTracker:
             present=world.present & ~world.person,
             under_way=self._under_way,
             arrived=outcome.arrived,
-            hit_robot=outcome.hit_robot & collided,
-            hit_wall=outcome.hit_wall & collided,
-            timed_out=late,
-            correction=np.zeros(collided.shape) if correction is None else correction,
+            hit_robot=outcome.hit_robot,
+            hit_wall=outcome.hit_wall,
+            timed_out=np.broadcast_to(outcome.timed_out[:, np.newaxis], shape),
+            correction=np.zeros(shape) if correction is None else correction,
         )
         return reward(step, self.weights)
 

@@ -33,8 +33,8 @@ class Transition:
         present: Shape (W, N): robots, not people, with a body at the end of the step: the norms are theirs.
         under_way: Shape (W, N): was under way at the start of the step; others are paid nothing.
         arrived: Shape (W, N): arrived in this step.
-        hit_robot: Shape (W, N): collided with a robot in this step.
-        hit_wall: Shape (W, N): collided with an obstacle in this step.
+        hit_robot: Shape (W, N): touched a robot in this step, which ends the way of one under way.
+        hit_wall: Shape (W, N): touched an obstacle in this step, the same.
         timed_out: Shape (W, N): the time limit is over.
         correction: How far a filter moved the velocity, shape (W, N), in m/s; zeros without one.
     """

@@ -28,7 +28,7 @@ class Settings:
     """
 
     widths: tuple[float, ...] = (1.6, 1.4, 1.2, 1.1, 1.0, 0.95, 0.9)
-    worlds: int = 96
+    worlds: int = 400
     seed: int = 0
 
 

@@ -15,7 +15,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from envs.fleet import MAX_SPEED
 from envs.scenarios.roadmap import Roadmap
 from envs.steering import steer
 from envs.world import World, full_speed
@@ -25,7 +24,7 @@ from safefilter.constraints.priority_orca import PriorityORCA
 from safefilter.constraints.separation import Separation
 from safefilter.constraints.static_obstacles import StaticObstacles
 from safefilter.jit import kernel
-from safefilter.kinematics.differential_drive import DifferentialDrive
+from safefilter.kinematics.differential_drive import TURN_TIME_STEPS, DifferentialDrive
 from safefilter.kinematics.holonomic import Holonomic
 from safefilter.kinematics.tracking import command_towards, largest_tracked_speed
 from safefilter.safety_filter import SafetyFilter
@@ -73,6 +72,7 @@ def orca_filter(world: World, dt: float) -> SafetyFilter:
     v_max = world.v_max.ravel()
     if not world.is_differential:
         return SafetyFilter(constraints, Holonomic(v_max))
+    # One for all, so the smallest: a command within it is one that everybody can execute.
     omega_max = float(world.omega_max.min())
     return SafetyFilter(
         constraints, DifferentialDrive(v_max, omega_max, dt, tracking_error=TRACKING_ERROR)
@@ -91,8 +91,11 @@ class NHORCA:
     """Goes straight to the goal, as far as ORCA lets it.
 
     The velocity nearest to the preferred one is solved for as if robots were holonomic, with radii grown by the
-    tracking error; a differential drive then goes for it at the greatest speed that keeps this error. Nothing here
-    rules collisions out: that is for a filter around it, see `orca_filter`.
+    tracking error; a differential drive then goes for it at the greatest speed that keeps this error.
+
+    Nothing here rules collisions out: that is for a filter around it, see `orca_filter`. Alone it grazes corners, by
+    10 mm at most in what was tried, for walls are not grown by the tracking error: that would cost arrivals (94 % down
+    to 83 % on the congested crossroad).
 
     Priorities are taken for equal: NH-ORCA knows none. Robots that do not cooperate are avoided alone; they
     themselves go straight to their goals.
@@ -114,6 +117,7 @@ class NHORCA:
         self._roadmap = roadmap
         self._dt = dt
         self._v_max = np.empty((0, 0))
+        self._solver: SafetyFilter | None = None
 
     def act(self, world: World, _rng: np.random.Generator, /) -> FloatArray:
         """Velocities, or commands (v, w), of all robots, shape (W, N, 2)."""
@@ -131,20 +135,18 @@ class NHORCA:
         velocity[index] = decision.velocity
         if not world.is_differential:
             return velocity.reshape(preferred.shape)
-        drive = DifferentialDrive(MAX_SPEED, float(world.omega_max.min()), self._dt, TRACKING_ERROR)
         commands = _track(
             velocity,
             world.heading.ravel(),
             world.v_max.ravel(),
-            drive.omega_max,
-            drive.turn_time,
-            drive.tracking_error,
+            world.omega_max.ravel(),
+            TURN_TIME_STEPS * self._dt,
         )
         return commands.reshape(preferred.shape)
 
     def _orca(self, world: World) -> SafetyFilter:
         # Speeds change when worlds are placed anew.
-        if not np.array_equal(self._v_max, world.v_max):
+        if self._solver is None or not np.array_equal(self._v_max, world.v_max):
             self._v_max = world.v_max.copy()
             error = TRACKING_ERROR if world.is_differential else 0.0
             self._solver = SafetyFilter(
@@ -155,13 +157,12 @@ class NHORCA:
 
 
 @kernel
-def _track(  # noqa: PLR0917  # a kernel takes arrays, not records
+def _track(
     velocity: FloatArray,
     heading: FloatArray,
     v_max: FloatArray,
-    omega_max: float,
+    omega_max: FloatArray,
     turn_time: float,
-    tracking_error: float,
 ) -> FloatArray:
     """Commands (v, w) that track velocities, shape (N, 2)."""
     commands = np.zeros_like(velocity)
@@ -171,6 +172,6 @@ def _track(  # noqa: PLR0917  # a kernel takes arrays, not records
         if speed > STILL_PART * v_max[i]:
             cosine, sine = math.cos(heading[i]), math.sin(heading[i])
             angle = math.atan2(cosine * y - sine * x, cosine * x + sine * y)
-            limit = largest_tracked_speed(angle, v_max[i], omega_max, turn_time, tracking_error)
-            commands[i] = command_towards(angle, min(speed, limit), omega_max, turn_time)
+            limit = largest_tracked_speed(angle, v_max[i], omega_max[i], turn_time, TRACKING_ERROR)
+            commands[i] = command_towards(angle, min(speed, limit), omega_max[i], turn_time)
     return commands

@@ -153,8 +153,9 @@ def main(settings: Settings, console: Console) -> int:
     """
     settings.out.mkdir(parents=True, exist_ok=True)
     started = perf_counter()
-    stops = []
+    stops: list[Stop] = []
     for name, scenario in chosen_scenarios(settings.scenarios):
+        first = len(stops)
         for policy in settings.policies:
             trials = [
                 visit(scenario, policy, filtering, settings=settings)
@@ -169,8 +170,9 @@ def main(settings: Settings, console: Console) -> int:
                     for trial in trials
                 ],
             )
-        console.print(f"{name}: {perf_counter() - started:.0f} s", highlight=False)
-    console.print(tour_table(stops))
+        # As it goes: the whole tour takes minutes.
+        console.print(tour_table(stops[first:]))
+    console.print(f"took {perf_counter() - started:.0f} s", highlight=False)
     num_unsafe = sum(stop.num_unsafe for stop in stops)
     console.print(
         f"robots that touched something with the filter on: {num_unsafe}", highlight=False
@@ -180,35 +182,32 @@ def main(settings: Settings, console: Console) -> int:
 
 
 def tour_table(stops: list[Stop]) -> Table:
-    """Collisions, clearance, success and times of all trials, at most 80 characters wide."""
+    """Collisions, clearance, success and times of the trials of one scenario, at most 80 characters wide."""
+    summary = stops[0].rollout.summary
     table = Table(
-        title="filter: off, on with known walls (map), or with walls from lidar alone",
+        title=f"\n[bold]{stops[0].scenario.name}[/], {summary.num_robots} robots",
         caption="gap: least free distance inside any step, in mm; negative: overlap",
         box=SIMPLE_HEAD,
         show_edge=False,
         pad_edge=False,
         collapse_padding=True,
     )
-    table.add_column("scenario\n  policy", no_wrap=True)
+    table.add_column("policy", no_wrap=True, min_width=16)
     table.add_column("filter", no_wrap=True)
     for header in (
         "hit\nrobots",
         "hit\nwalls",
-        "robot\ngap",
-        "wall\ngap",
+        "gap to\nrobots",
+        "gap to\nwalls",
         "success\n(%)",
         "time\n(s)",
     ):
-        table.add_column(header, justify="right", no_wrap=True)
+        table.add_column(header, justify="right", no_wrap=True, min_width=7)
     for number, stop in enumerate(stops):
-        before = stops[number - 1]
-        is_same_scenario = number > 0 and before.scenario is stop.scenario
-        is_same_policy = is_same_scenario and before.policy == stop.policy
-        if not is_same_scenario:
-            table.add_row(f"[bold]{stop.scenario.name}[/]")
+        is_first = number == 0 or stops[number - 1].policy != stop.policy
         summary = stop.rollout.summary
         table.add_row(
-            "" if is_same_policy else f"  {stop.policy}",
+            stop.policy if is_first else "",
             stop.filtering,
             str(summary.num_robot_hits),
             str(summary.num_wall_hits),

@@ -26,6 +26,9 @@ import numpy.typing as npt
 
 from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array, frozen, positive_number
 from safefilter.errors import OutOfRange, ShapeError
+from safefilter.jit import formula, kernel
+from safefilter.neighbours import blocks_of
+from safefilter.threads import over_ranges
 
 RIGHT_ANGLE = 0.5 * math.pi
 # A return this close to a known robot's rim is that robot's: sensor and pose noise of a few centimetres.
@@ -115,33 +118,110 @@ class Lidar:
             raise ShapeError(
                 f"lidar: scans of {len(self.ranges)} robots, but the scene has {len(position)}"
             )
-        parts = []
+        is_hit = np.isfinite(self.ranges)
+        blocks = blocks_of(world)
+        over_ranges(
+            lambda first, last: _mask_robots(
+                first,
+                last,
+                self.ranges,
+                self.angles,
+                position,
+                heading,
+                radius,
+                world,
+                blocks,
+                is_hit,
+            ),
+            len(position),
+        )
         start = np.zeros(len(position) + 1, dtype=np.int64)
-        for i in range(len(position)):
-            direction = heading[i] + self.angles
-            unit = np.stack([np.cos(direction), np.sin(direction)], axis=1)
-            is_hit = np.isfinite(self.ranges[i])
-            distance = np.where(is_hit, self.ranges[i], 0.0)
-            point = position[i] + distance[:, None] * unit
-            others = (world == world[i]) & (np.arange(len(position)) != i)
-            is_hit &= ~_on_robots(point, position[others], radius[others])
-            parts.append(self._joined(point, distance, is_hit))
-            start[i + 1] = start[i] + len(parts[-1])
-        return (np.concatenate(parts) if parts else np.empty((0, 5))), start
-
-    def _joined(self, point: FloatArray, distance: FloatArray, is_hit: BoolArray) -> FloatArray:
-        """Segments between adjacent returns; a return whose next beam has none stays a point."""
-        after = np.roll(np.arange(len(point)), -1)
-        has_next = is_hit & is_hit[after]
-        end = np.where(has_next[:, None], point[after], point)
-        nearer = np.where(has_next, np.minimum(distance, distance[after]), distance)
-        segments = np.column_stack([point, end, self.margin(nearer)])
-        return segments[is_hit]
+        np.cumsum(is_hit.sum(axis=1), out=start[1:])
+        walls = np.empty((start[-1], 5))
+        over_ranges(
+            lambda first, last: _join_returns(
+                first, last, self.ranges, self.angles, position, heading, is_hit, start, walls
+            ),
+            len(position),
+        )
+        walls[:, 4] = self.margin(walls[:, 4])
+        return walls, start
 
 
-def _on_robots(point: FloatArray, position: FloatArray, radius: FloatArray) -> BoolArray:
-    """Which points lie within a robot, or on its rim."""
-    offset = point[:, None] - position[None]
-    distance = np.sqrt((offset**2).sum(axis=2))
-    is_on: BoolArray = (distance <= radius + MASK_MARGIN).any(axis=1)
-    return is_on
+@formula
+def return_point(
+    ranges: FloatArray,
+    angles: FloatArray,
+    position: FloatArray,
+    heading: FloatArray,
+    i: int,
+    k: int,
+) -> tuple[float, float]:
+    """Where beam k of robot i ended."""
+    direction = heading[i] + angles[k]
+    x: float = position[i, 0] + ranges[i, k] * math.cos(direction)
+    y: float = position[i, 1] + ranges[i, k] * math.sin(direction)
+    return x, y
+
+
+@kernel
+def _mask_robots(  # a kernel takes arrays, not records
+    first: int,
+    last: int,
+    ranges: FloatArray,
+    angles: FloatArray,
+    position: FloatArray,
+    heading: FloatArray,
+    radius: FloatArray,
+    world: IntArray,
+    blocks: IntArray,
+    is_hit: BoolArray,
+) -> None:
+    """Unmark returns that lie within a known robot of the same world, or on its rim."""
+    block = np.searchsorted(blocks, first, side="right") - 1
+    for i in range(first, last):
+        while blocks[block + 1] <= i:
+            block += 1
+        furthest = 0.0
+        for k in range(len(angles)):
+            if is_hit[i, k]:
+                furthest = max(furthest, ranges[i, k])
+        for j in range(blocks[block], blocks[block + 1]):
+            if j == i or world[j] != world[i]:
+                continue
+            reach = radius[j] + MASK_MARGIN
+            x, y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+            if x * x + y * y > (furthest + reach) * (furthest + reach):
+                continue
+            for k in range(len(angles)):
+                if is_hit[i, k]:
+                    p_x, p_y = return_point(ranges, angles, position, heading, i, k)
+                    x, y = p_x - position[j, 0], p_y - position[j, 1]
+                    is_hit[i, k] = math.sqrt(x * x + y * y) > reach
+
+
+@kernel
+def _join_returns(  # a kernel takes arrays, not records
+    first: int,
+    last: int,
+    ranges: FloatArray,
+    angles: FloatArray,
+    position: FloatArray,
+    heading: FloatArray,
+    is_hit: BoolArray,
+    start: IntArray,
+    walls: FloatArray,
+) -> None:
+    """Write segments between adjacent returns, and the nearer one's range; one without a next stays a point."""
+    num_beams = len(angles)
+    for i in range(first, last):
+        row = start[i]
+        for k in range(num_beams):
+            if not is_hit[i, k]:
+                continue
+            after = (k + 1) % num_beams
+            end = after if is_hit[i, after] else k
+            walls[row, 0], walls[row, 1] = return_point(ranges, angles, position, heading, i, k)
+            walls[row, 2], walls[row, 3] = return_point(ranges, angles, position, heading, i, end)
+            walls[row, 4] = min(ranges[i, k], ranges[i, end])
+            row += 1

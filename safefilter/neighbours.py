@@ -44,7 +44,7 @@ def find_neighbours(
     """
     if len(position) <= ALL_PAIRS_LIMIT or math.isinf(reach):
         return _all_pairs(position, world, reach)
-    blocks = _blocks(world)
+    blocks = blocks_of(world)
     if (blocks[1:] - blocks[:-1]).max() <= ALL_PAIRS_LIMIT:
         return _pairs_in_blocks(position, world, reach, blocks)
     grid = _fill_grid(position, world, reach)
@@ -104,9 +104,11 @@ def _all_pairs(position: FloatArray, world: IntArray, reach: float) -> tuple[Int
 
 
 @kernel
-def _blocks(world: IntArray) -> IntArray:
+def blocks_of(world: IntArray) -> IntArray:
     """Where the robots can be cut so that no world is: starts of the blocks, and the end, shape (blocks + 1,)."""
     num_robots = len(world)
+    if num_robots == 0:
+        return np.zeros(1, dtype=np.int64)
     least_after = np.empty(num_robots, dtype=np.int64)
     least = world[num_robots - 1]
     for i in range(num_robots - 1, -1, -1):

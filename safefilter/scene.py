@@ -24,7 +24,7 @@ from safefilter.arrays import (
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.lidar import Lidar
 from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours
-from safefilter.outlines import shared_walls
+from safefilter.outlines import OwnWalls, shared_walls
 
 # Columns of `Scene.state`.
 X, Y, V_X, V_Y, WANTED_X, WANTED_Y, RADIUS, PRIORITY = range(8)
@@ -90,7 +90,7 @@ class Scene:
         world: npt.ArrayLike = 0,
         reach: float | None = None,
         walls: npt.ArrayLike | None = None,
-        own_walls: tuple[npt.ArrayLike, IntArray] | None = None,
+        own_walls: OwnWalls | None = None,
         polygons: Sequence[npt.ArrayLike] = (),
         lidar: Lidar | None = None,
     ) -> Scene:
@@ -108,8 +108,7 @@ class Scene:
             reach: Distance of centres in m up to which robots see each other. None: everyone sees everyone, in
                 O(N^2); give a reach for crowds.
             walls: Segments that every robot knows, shape (S, 2, 2), in m.
-            own_walls: Segments that some robots know, shape (M, 2, 2), in m, and for each robot the first of those that
-                it knows and the one after the last, shape (N, 2): robots of one world share its map.
+            own_walls: Walls that some robots know and others do not, as those of different worlds.
             polygons: Outlines of obstacles that every robot knows, convex or not, each of shape (K, 2), in m; robots
                 are outside.
             lidar: Scans, for walls that nobody has a map of; needs ``heading``.
@@ -139,14 +138,16 @@ class Scene:
         start, neighbours = find_neighbours(position, numbers, limit)
         directions = None if heading is None else per_robot(heading, "heading", num_robots)
         known = NO_WALLS if walls is None and len(polygons) == 0 else shared_walls(walls, polygons)
-        seen, wall_range = _private_walls(own_walls, num_robots)
+        own = OwnWalls.none(num_robots) if own_walls is None else own_walls
+        own.require_robots(num_robots)
+        seen, wall_range, most_own = own.walls, own.ranges, own.most
         if lidar is not None:
             if directions is None:
                 raise InvalidInput("lidar: scans need heading= as well: beams are relative to it")
             if own_walls is not None:
                 raise InvalidInput("lidar: robots have a map or scans; drop own_walls= or lidar=")
             seen, first = lidar.walls(position, directions, state[:, RADIUS].copy(), numbers)
-            wall_range = np.stack([first[:-1], first[1:]], axis=1)
+            wall_range, most_own = np.stack([first[:-1], first[1:]], axis=1), _longest(first)
         return cls(
             state=frozen(state),
             cooperative=frozen(_flags(cooperative, num_robots)),
@@ -157,10 +158,10 @@ class Scene:
             neighbour_start=frozen(start),
             neighbours=frozen(neighbours),
             most_neighbours=_longest(start),
-            walls=frozen(np.concatenate([known, seen])),
+            walls=frozen(np.concatenate([known, seen]) if len(known) else seen),
             num_shared_walls=len(known),
-            wall_range=frozen(wall_range + len(known)),
-            most_walls=len(known) + int((wall_range[:, 1] - wall_range[:, 0]).max(initial=0)),
+            wall_range=frozen(wall_range + len(known) if len(known) else wall_range),
+            most_walls=len(known) + most_own,
         )
 
     @property
@@ -201,34 +202,6 @@ class Scene:
 def _one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | FloatArray:
     """Take one number, or one a robot. Spreading a number is left to the assignment, which is faster."""
     return value if isinstance(value, int | float) else per_robot(value, field, num_robots)
-
-
-def _private_walls(
-    given: tuple[npt.ArrayLike, IntArray] | None, num_robots: int
-) -> tuple[FloatArray, IntArray]:
-    """Walls that not all robots know, in the form of `Scene.walls`, and each robot's range of them.
-
-    Raises:
-        ShapeError: If an array has another shape.
-        OutOfRange: If a range leaves the walls.
-    """
-    if given is None:
-        return NO_WALLS, np.zeros((num_robots, 2), dtype=np.int64)
-    segments = finite_array(given[0], "own_walls", ("M", 2, 2)).reshape(-1, 4)
-    ranges = np.array(given[1])
-    if ranges.dtype.kind not in "iu" or ranges.shape != (num_robots, 2):
-        raise ShapeError(
-            f"own_walls: expected a range of integers a robot, shape ({num_robots}, 2), "
-            f"got {ranges.dtype} of shape {ranges.shape}"
-        )
-    wrong = (ranges[:, 0] < 0) | (ranges[:, 1] < ranges[:, 0]) | (ranges[:, 1] > len(segments))
-    if wrong.any():
-        robot = int(np.argmax(wrong))
-        raise OutOfRange(
-            f"own_walls of robot {robot}: expected a range within 0 to {len(segments)}, "
-            f"got {ranges[robot].tolist()}"
-        )
-    return np.column_stack([segments, np.zeros(len(segments))]), ranges.astype(np.int64)
 
 
 def _longest(start: IntArray) -> int:

@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from rich.console import Console
 
+from envs.crowd import Crowded
 from envs.fleet import MAX_SPEED, RADIUS
 from envs.scenarios.circle import Circle as CircleScenario
 from envs.scenarios.described import DescribedScenario
@@ -93,10 +94,13 @@ def draw_scenario(path: Path, scenario: Scenario, seed: int) -> None:
     _draw_walls(ax, placement)
     if isinstance(scenario, DescribedScenario):
         _draw_areas(ax, scenario)
-    _draw_robots(ax, placement)
+    people = scenario.crowd.people.tolist() if isinstance(scenario, Crowded) else []
+    _draw_robots(ax, placement, people)
     ax.set_aspect("equal")
     ax.autoscale_view()
-    ax.set(xlabel="x in m", ylabel="y in m", title=f"{scenario.name}: {scenario.num_robots} robots")
+    who = f"{scenario.num_robots - len(people)} robots"
+    who += f", {len(people)} people" if people else ""
+    ax.set(xlabel="x in m", ylabel="y in m", title=f"{scenario.name}: {who}")
     figure.savefig(path, dpi=80)
 
 
@@ -122,14 +126,17 @@ def _closed_outlines(walls: FloatArray) -> list[FloatArray]:
 
 def _draw_areas(ax: Axes, scenario: DescribedScenario) -> None:
     scale = scenario.specification.scale
-    for member in scenario.members:
-        for place, colour in ((member.start, START_COLOUR), (member.goal, GOAL_COLOUR)):
-            for corners in place.outlines():
-                ax.add_patch(Polygon(scale * corners, facecolor=colour, alpha=0.25))
+    starts = [member.start for member in scenario.members]
+    goals = [member.goal for member in scenario.members]
+    for places, colour in ((starts, START_COLOUR), (goals, GOAL_COLOUR)):
+        # Robots of a group share their areas, and shades would add up.
+        areas = {corners.tobytes(): corners for place in places for corners in place.outlines()}
+        for corners in areas.values():
+            ax.add_patch(Polygon(scale * corners, facecolor=colour, alpha=0.25))
     ax.plot(*scenario.waypoints.T, "+", color="0.3", markersize=5)
 
 
-def _draw_robots(ax: Axes, placement: Placement) -> None:
+def _draw_robots(ax: Axes, placement: Placement, people: list[int]) -> None:
     num_robots = len(placement.start)
     is_few = num_robots <= FEW_ROBOTS
     speed = np.full(num_robots, MAX_SPEED) if placement.v_max is None else placement.v_max
@@ -149,8 +156,8 @@ def _draw_robots(ax: Axes, placement: Placement) -> None:
             markeredgecolor="k",
             markeredgewidth=0.4,
         )
-        # Slow robots are pale.
-        face = colour if speed[i] >= MAX_SPEED else "white"
+        # Slow robots are pale, people grey.
+        face = "0.7" if i in people else colour if speed[i] >= MAX_SPEED else "white"
         ax.add_patch(Circle(tuple(start), RADIUS, facecolor=face, edgecolor=colour, linewidth=1.5))
         nose = start + RADIUS * np.array([np.cos(heading[i]), np.sin(heading[i])])
         ax.plot(*zip(start, nose, strict=True), color="k", linewidth=1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from envs.scenarios.described import DescribedScenario
-from envs.scenarios.schema import read_specification
+from envs.scenarios.reading import read_specification
 from safefilter.errors import InvalidInput
 
 LIBRARY = Path(__file__).parent / "library"

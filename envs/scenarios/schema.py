@@ -1,14 +1,12 @@
 """Schema of scenario files: what they may say, with every unit and default.
 
-Checked by pydantic; `read_specification` turns its findings into file, line and reason. Files are documented, with
+Checked by pydantic; `envs.scenarios.reading` turns its findings into file, line and reason. Files are documented, with
 examples, in ``docs/scenarios.md``. Points are ``[x, y]``; lengths in m, speeds in m/s, angles in degrees anticlockwise
 from the east: the one place where people write angles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import (
@@ -17,16 +15,11 @@ from pydantic import (
     Discriminator,
     Field,
     Tag,
-    ValidationError,
     model_validator,
 )
 
 from envs.crowd import Motion
 from envs.rules import AfterArrival
-from envs.scenarios.yaml_lines import ScenarioFileError, YamlFile
-
-LONGEST_ECHO = 60
-"""So much of a faulty value is repeated in the message, in characters."""
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Size = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
@@ -194,8 +187,11 @@ class Group(Part):
 
     @model_validator(mode="after")
     def _fits_its_grids(self) -> Self:
-        for region in (self.start, self.goal):
-            if isinstance(region, Grid) and region.columns * region.rows < self.count:
+        regions = [self.start, self.goal]
+        for region in regions:
+            if isinstance(region, AnyOf):
+                regions += region.any_of
+            elif isinstance(region, Grid) and region.columns * region.rows < self.count:
                 raise ValueError(
                     f"count: {self.count} robots, but a grid of {region.columns} columns and {region.rows} rows"
                 )
@@ -240,43 +236,3 @@ class Specification(Part):
     waypoints: tuple[Point, ...] = ()
     rules: RecommendedRules = RecommendedRules()
     crowd: CrowdRules = CrowdRules()
-
-
-def read_specification(path: Path) -> Specification:
-    """Read and check a scenario file.
-
-    Raises:
-        ScenarioFileError: If it cannot be read or says something else than the schema allows: file, line and reason
-            of every fault.
-    """
-    file = YamlFile.read(path)
-    try:
-        return Specification.model_validate(file.content)
-    except ValidationError as error:
-        raise ScenarioFileError("\n".join(_faults(file, error))) from None
-
-
-def _faults(file: YamlFile, error: ValidationError) -> list[str]:
-    """One line for each fault, in the order of the file."""
-    found = error.errors()
-    # A list with a faulty item is reported as too short as well, for pydantic counts the good ones only.
-    ways = [fault["loc"] for fault in found]
-    faults = set()
-    for fault in found:
-        way = fault["loc"]
-        if fault["type"] == "too_short" and any(
-            len(other) > len(way) and other[: len(way)] == way for other in ways
-        ):
-            continue
-        line, keys = file.find(way)
-        reason = fault["msg"].removeprefix("Value error, ").replace("tuple", "list")
-        given = repr(fault["input"])
-        shown = given if len(given) <= LONGEST_ECHO else f"{given[:LONGEST_ECHO]} ..."
-        faults.add((line, f"{_way_text(keys)}{reason}, got {shown}"))
-    return [f"{file.path}:{line}: {text}" for line, text in sorted(faults)]
-
-
-def _way_text(keys: Sequence[int | str]) -> str:
-    """The way to a value as people write it: ``robots[0].start: ``."""
-    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
-    return f"{text.removeprefix('.')}: " if text else ""

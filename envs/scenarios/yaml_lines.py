@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import yaml
 
@@ -43,12 +43,14 @@ class YamlFile:
             root = loader.get_single_node()
             if root is None:
                 raise ScenarioFileError(f"{path}:1: the file is empty; expected a mapping")
+            # First, for it refuses keys that are no scalars.
+            content = loader.construct_document(root)
             twice = _key_said_twice(root)
             if twice is not None:
                 raise ScenarioFileError(
                     f"{path}:{twice.start_mark.line + 1}: {twice.value}: said before in the same mapping"
                 )
-            return cls(path, loader.construct_document(root), root)
+            return cls(path, content, root)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             line = 1 if mark is None else mark.line + 1
@@ -87,16 +89,23 @@ def _child(node: yaml.Node, key: int | str) -> tuple[yaml.Node, yaml.Node] | Non
     return None
 
 
-def _key_said_twice(node: yaml.Node) -> yaml.Node | None:
+def _key_said_twice(root: yaml.Node) -> yaml.Node | None:
     """PyYAML takes the last of equal keys in silence, and so half of a file could be lost."""
-    children: list[yaml.Node] = []
-    if isinstance(node, yaml.MappingNode):
-        seen: set[str] = set()
-        for name, value in node.value:
-            if name.value in seen:
-                return name  # type: ignore[no-any-return]  # the stubs leave the pairs untyped
-            seen.add(name.value)
-            children.append(value)
-    elif isinstance(node, yaml.SequenceNode):
-        children = node.value
-    return next((twice for child in children if (twice := _key_said_twice(child))), None)
+    # An alias is the same node again, maybe inside of itself.
+    waiting, looked_at = [root], {id(root)}
+    while waiting:
+        node = waiting.pop()
+        children: list[yaml.Node] = []
+        if isinstance(node, yaml.MappingNode):
+            seen: set[str] = set()
+            for name, value in node.value:
+                if name.value in seen:
+                    return cast("yaml.Node", name)
+                seen.add(name.value)
+                children.append(value)
+        elif isinstance(node, yaml.SequenceNode):
+            children = node.value
+        fresh = [child for child in children if id(child) not in looked_at]
+        looked_at.update(map(id, fresh))
+        waiting += fresh
+    return None

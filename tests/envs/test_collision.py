@@ -142,6 +142,76 @@ def test_two_wrecks_are_judged_once_but_a_third_robot_hits_them() -> None:
     assert hit.touched.tolist() == [[False, True, True]]
 
 
+def test_a_light_early_contact_counts_beside_deep_late_ones() -> None:
+    # Robot 0 runs deep into 1 and 2, which have grazed each other just before.
+    position = [[-1.0, 0.0], [0.0, 0.102], [0.0, -0.102]]
+    contacts = judge(position, [[2.0, 0.0], [0.0, -0.005], [0.0, 0.005]])
+    assert contacts.num_pairs.tolist() == [3]
+    np.testing.assert_allclose(contacts.fraction[0, 1:], 0.4, atol=1e-12)
+    assert contacts.fraction[0, 0] > 0.4
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_pair_that_touches_is_counted_whatever_else_touches(seed: int) -> None:
+    # Dense: light early contacts beside deep late ones.
+    position, displacement, radius = random_step(seed, (40, 9))
+    everyone = np.ones(radius.shape, dtype=np.bool_)
+    contacts = straight(position, displacement, radius, everyone, ~everyone)
+    everyone = everyone[:, :2]
+    pairs = np.zeros(len(radius), dtype=np.int64)
+    first = np.ones(radius.shape)
+    for i in range(radius.shape[1]):
+        for j in range(i):
+            two = [i, j]
+            of_two = straight(
+                np.ascontiguousarray(position[:, two]),
+                np.ascontiguousarray(displacement[:, two]),
+                np.ascontiguousarray(radius[:, two]),
+                everyone,
+                ~everyone,
+            )
+            pairs += of_two.num_pairs
+            first[:, two] = np.minimum(first[:, two], of_two.fraction)
+    np.testing.assert_array_equal(contacts.num_pairs, pairs)
+    np.testing.assert_allclose(contacts.fraction, first, atol=1e-12)
+    assert pairs.max() > 4
+
+
+@pytest.mark.parametrize("num_robots", [3, 60])
+def test_a_horizon_hides_clearances_beyond_it_and_no_contact(num_robots: int) -> None:
+    rng = np.random.default_rng(num_robots)
+    # 60 robots lie in many cells, 3 in one.
+    position = rng.uniform(-0.2, 0.2, (30, num_robots, 2)) * num_robots
+    movement = Movement(rng.uniform(-0.5, 0.5, position.shape), np.zeros(position.shape[:2]), 1.0)
+    everyone = np.ones(position.shape[:2], dtype=np.bool_)
+    walls = WallMap.everywhere(rng.uniform(-3.0, 3.0, (40, 2, 2)), 30)
+    bodies = Bodies(np.full(everyone.shape, RADIUS), everyone, ~everyone, walls)
+    whole = find_contacts(position, movement, bodies)
+    near = find_contacts(position, movement, bodies, horizon=0.1)
+    for field in ("touched", "hit_wall", "fraction", "num_pairs"):
+        np.testing.assert_array_equal(getattr(near, field), getattr(whole, field))
+    for found, known in (
+        (near.clearance, whole.clearance),
+        (near.wall_clearance, whole.wall_clearance),
+    ):
+        np.testing.assert_allclose(found[known < 0.0], known[known < 0.0], atol=1e-12)
+        assert (found >= known - 1e-12 - 0.05 * np.maximum(known, 0.0)).all()
+    assert np.isinf(near.clearance).any() or num_robots > 3
+    assert whole.touched.any()
+
+
+def test_people_are_judged_against_robots_only() -> None:
+    everyone = np.ones((1, 3), dtype=np.bool_)
+    person = np.array([[True, True, False]])
+    walls = WallMap.everywhere([[[0.0, -1.0], [0.0, 1.0]]], 1)
+    bodies = Bodies(np.full((1, 3), RADIUS), everyone, ~everyone, walls, person)
+    position = np.array([[[0.0, 0.0], [0.1, 0.0], [0.25, 0.0]]])
+    contacts = find_contacts(position, Movement(np.zeros((1, 3, 2)), np.zeros((1, 3)), 1.0), bodies)
+    assert contacts.touched.tolist() == [[False, True, True]]
+    assert not contacts.hit_wall.any()
+    assert contacts.num_pairs.tolist() == [1]
+
+
 def test_worlds_do_not_meet() -> None:
     alone = np.zeros((3, 1, 2))
     flags = np.ones((3, 1), dtype=np.bool_)

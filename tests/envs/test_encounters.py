@@ -140,16 +140,15 @@ def test_an_encounter_goes_on_through_a_swerve() -> None:
     assert counted(judge(np.stack([way, other], axis=1))) == [(1, 1, 0, 0)] * 2
 
 
-def test_who_is_put_elsewhere_does_not_meet_those_in_between() -> None:
-    # Along x; then put back to where it came from, past the one that drives the same way.
-    encounters = judge(straight(((0, 0), (2, 0)), ((-0.5, 0.3), (1.5, 0.3))))
-    after = np.array([[[0.0, 0.0], [1.5, 0.3]]])
-    jumped = np.array([[True, False]])
-    encounters.restart(after, jumped)
-    for step in range(60):
-        moved = after + 0.04 * np.array([1.0, 0.0]) * step
-        encounters.record(moved, np.ones((1, 2), dtype=np.bool_), DT)
-    assert counted(encounters) == [(0, 0, 0, 0)] * 2
+def test_who_is_put_elsewhere_starts_without_a_past() -> None:
+    ways = straight(((0, 0), (1, 0)), ((0.5, 0.3), (1.5, 0.3)), ((1, -0.3), (2, -0.3)))
+    encounters = judge(ways)
+    assert encounters.approach[0].tolist() == [[0, 1, 1], [0, 0, 1], [0, 0, 0]]
+    elsewhere = np.full((1, 3, 2), 7.0)
+    encounters.restart(elsewhere, np.array([[False, True, False]]))
+    assert encounters.approach[0].tolist() == [[0, 0, 1], [0, 0, 0], [0, 0, 0]]
+    assert (encounters.course[0] != 0.0).any(axis=1).tolist() == [True, False, True]
+    assert encounters.position[0].tolist() == [[1.0, 0.0], [7.0, 7.0], [2.0, -0.3]]
 
 
 def test_robots_that_are_not_under_way_meet_nobody() -> None:

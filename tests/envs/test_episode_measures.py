@@ -86,6 +86,33 @@ def test_reborn_robots_are_measured_way_by_way() -> None:
     assert (found.passings >= world.arrivals - 1).all()
 
 
+def test_reborn_robots_have_no_course() -> None:
+    rules = Rules(time_limit=20.0, after_arrival=AfterArrival.REBORN)
+    navigation = Navigation(Circle(2, jitter_radius=1e-6), rules=rules)
+    navigation.reset(0)
+    world = navigation.world
+    world.position[0] = world.start[0] = [[0.0, 0.0], [2.0, 0.4]]
+    world.goal[0] = [[2.0, 0.0], [0.0, 0.4]]
+    measures = EpisodeMeasures.start(world)
+    births = 0
+    for _ in range(rules.max_steps):
+        actions = navigation.wanted(world.preferred_velocity())
+        outcome = navigation.step(actions)
+        measures.record(world, outcome, actions, rules.dt)
+        births += int(outcome.reborn.sum())
+        assert (measures.encounters.course[outcome.reborn] == 0.0).all()
+        np.testing.assert_array_equal(measures.encounters.position, world.position)
+    assert births > 0
+
+
+def test_people_are_told_apart() -> None:
+    navigation = two_lanes(0.4)
+    navigation.world.person[0, 1] = True
+    measures, found = run(navigation, 1)
+    assert found.fate.tolist() == [[Fate.TIMED_OUT, Fate.PERSON]]
+    assert measures.motion.steps.tolist() == [[1, 0]]
+
+
 def test_first_collision_decides_also_for_a_wreck_that_is_hit_again() -> None:
     navigation = Navigation(Crossroad(is_walled=True), num_worlds=4)
     navigation.reset(1)

@@ -334,3 +334,65 @@ def test_wanted_commands_reach_the_scene_as_mean_velocities() -> None:
 def test_starts_inside_walls_are_refused() -> None:
     with pytest.raises(InvalidInput, match=r"robot 0 of world 0 starts 0\.\d+ m inside a wall"):
         drives(Crossroad(is_walled=True, end_margin=0.01))
+
+
+def test_a_step_equals_a_fine_integration_of_the_unicycle() -> None:
+    navigation = drives(Circle(6), Rules(dt=0.3), num_worlds=4)
+    world, rng = navigation.world, np.random.default_rng(0)
+    num_parts = 20_000
+    middle = (np.arange(num_parts) + 0.5) / num_parts
+    for _ in range(5):
+        command = np.stack([rng.uniform(0, 0.2, (4, 6)), rng.uniform(-2.5, 2.5, (4, 6))], axis=-1)
+        place, heading = world.position.copy(), world.heading.copy()
+        angle = heading[..., np.newaxis] + command[..., 1:] * 0.3 * middle
+        mean = np.stack([np.cos(angle).mean(axis=-1), np.sin(angle).mean(axis=-1)], axis=-1)
+        navigation.step(command)
+        # The midpoint rule is off by the square of a part.
+        np.testing.assert_allclose(
+            world.position, place + 0.3 * command[..., :1] * mean, atol=1e-10
+        )
+        turned = np.angle(np.exp(1j * (heading + 0.3 * command[..., 1])))
+        np.testing.assert_allclose(world.heading, turned, atol=1e-12)
+        np.testing.assert_allclose(world.turn_rate, command[..., 1], atol=1e-12)
+
+
+@dataclass(frozen=True)
+class Rooms:
+    """One robot; walls, headings, speeds and priorities that differ from world to world."""
+
+    num_robots: int = 1
+    half_extent: float = 9.0
+    name: str = "rooms"
+
+    def place(self, rng: np.random.Generator) -> Placement:
+        size = rng.integers(1, 4)
+        walls = rng.uniform(2.0, 5.0, (size, 2, 2))
+        start, goal = np.zeros((1, 2)), np.ones((1, 2))
+        own = np.full(1, 0.1 * size)
+        return Placement(start, goal, walls, heading=own, v_max=own, priority=own)
+
+
+def test_each_world_has_walls_headings_speeds_and_priorities_of_its_own() -> None:
+    navigation = drives(Rooms(), num_worlds=12)
+    world = navigation.world
+    sizes = np.array([len(world.walls_of(w)) for w in range(12)])
+    assert set(sizes.tolist()) == {1, 2, 3}
+    for array in (world.heading, world.v_max, world.priority):
+        np.testing.assert_allclose(array[:, 0], 0.1 * sizes)
+    scene = navigation.scenes()
+    np.testing.assert_array_equal(scene.wall_range[:, 1] - scene.wall_range[:, 0], sizes)
+    for w in range(12):
+        known = scene.walls[slice(*scene.wall_range[w]), :4]
+        np.testing.assert_array_equal(known.reshape(-1, 2, 2), world.walls_of(w))
+    before = scene.walls.copy()
+    navigation.reset(99)
+    np.testing.assert_array_equal(scene.walls, before)
+
+
+def test_people_do_not_tell_what_they_want() -> None:
+    navigation = started(HeadOn())
+    navigation.world.person[0, 1] = True
+    navigation.world.velocity[0, 1] = [-0.1, 0.0]
+    wanted = navigation.scenes(np.full((1, 3, 2), 0.05)).wanted
+    assert wanted is not None
+    np.testing.assert_allclose(wanted, [[0.05, 0.05], [-0.1, 0.0], [0.05, 0.05]])

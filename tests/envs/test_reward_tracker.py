@@ -140,3 +140,31 @@ def test_being_reborn_costs_no_progress() -> None:
     assert (world.arrivals > 2).all()
     under_way = np.linalg.norm(world.position - world.start, axis=-1)
     np.testing.assert_allclose(progress, 2.0 * world.arrivals + under_way, atol=0.13)
+
+
+def test_after_a_reset_holonomic_robots_face_nowhere_again() -> None:
+    navigation = Navigation(Circle(2))
+    navigation.reset(0)
+    world = navigation.world
+    tracker = RewardTracker(replace(bare(direction=1.0), course=Reading.LITERAL))
+    tracker.remember(world)
+    tracker.reward(world, navigation.step(world.preferred_velocity()))
+    navigation.reset(1)
+    tracker.remember(world)
+    outcome = navigation.step(np.zeros((1, 2, 2)))
+    assert tracker.reward(world, outcome).direction.tolist() == [[0.0, 0.0]]
+
+
+def test_people_have_no_norm_area() -> None:
+    norms = []
+    for is_person in (False, True):
+        navigation = Navigation(Circle(2), Fleet.of(2, kinematics="differential"))
+        navigation.reset(0)
+        world = navigation.world
+        world.position[0] = [[0.0, 0.0], [0.22, 0.0]]
+        world.person[0, 1] = is_person
+        tracker = RewardTracker(bare(norm=-2.0))
+        tracker.remember(world)
+        outcome = navigation.step(np.zeros((1, 2, 2)))
+        norms.append(tracker.reward(world, outcome).norm.tolist())
+    assert norms == [[[-2.0, -2.0]], [[0.0, 0.0]]]

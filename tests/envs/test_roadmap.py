@@ -17,7 +17,7 @@ CORNERS = np.array([[-1.2, -1.2], [1.2, -1.2], [1.2, 1.2], [-1.2, 1.2]])
 def target(
     roadmap: Roadmap, position: tuple[float, float], goal: tuple[float, float]
 ) -> FloatArray:
-    return roadmap.targets(np.array([position]), np.array([goal]))[0]
+    return np.asarray(roadmap.targets(np.array([position]), np.array([goal]))[0])
 
 
 def test_a_goal_in_sight_is_headed_for() -> None:

@@ -15,6 +15,7 @@ SCENARIOS: list[Scenario] = [
     Circle(2),
     Circle(12),
     Circle(200),
+    Circle(1000),
     Corridor(),
     Corridor(num_robots=12),
     Doorway(),
