@@ -175,10 +175,9 @@ def number_of_agents(scenario: Scenario) -> int:
     Raises:
         InvalidInput: If people stand before robots in it, or all are people.
     """
-    crowd = scenario.crowd if isinstance(scenario, Crowded) else None
-    if crowd is None:
+    if not isinstance(scenario, Crowded):
         return scenario.num_robots
-    person = crowd.flags(scenario.num_robots)
+    person = scenario.crowd.flags(scenario.num_robots)
     num_agents = int(np.count_nonzero(~person))
     if not num_agents or person[:num_agents].any():
         raise InvalidInput(

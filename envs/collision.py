@@ -5,26 +5,29 @@ Letters: W worlds, N robots, S walls. SI units; s is a fraction of the step.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from envs.arcs import point_distance_squared
 from envs.collision_kernel import (
     CONTACT_TOLERANCE,
     ContactArrays,
     StepArrays,
     judge_robots,
     judge_walls,
+    wall_of,
 )
 from envs.dynamics import Movement
 from envs.robot_grid_kernel import empty_robot_grid, sort_robots
 from envs.walls import WallArrays, WallMap
-from envs.world import over_worlds
+from envs.world import World, over_worlds
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import kernel
 
-__all__ = ["CONTACT_TOLERANCE", "Bodies", "Contacts", "find_contacts"]
+__all__ = ["CONTACT_TOLERANCE", "Bodies", "Contacts", "find_contacts", "start_clearances"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +103,6 @@ def find_contacts(
     bodies: Bodies,
     *,
     horizon: float = np.inf,
-    worlds: Sequence[int] | None = None,
 ) -> Contacts:
     """Judge one step of every pair of robots, and of every robot and wall, in every world.
 
@@ -111,7 +113,6 @@ def find_contacts(
         movement: Movements during the step.
         bodies: Robots and walls.
         horizon: Free distance at the start up to which clearances are reported, in m. Contacts are found anyway.
-        worlds: Worlds to look at; None: all.
     """
     num_worlds, num_robots = bodies.radius.shape
     contacts = Contacts.none(num_worlds, num_robots)
@@ -129,12 +130,64 @@ def find_contacts(
     def judge(first: int, last: int) -> None:
         _judge(first, last, step, contacts.arrays, bodies.walls.arrays, horizon)
 
-    if worlds is None:
-        over_worlds(judge, num_worlds, num_robots)
-    else:
-        for w in worlds:
-            judge(w, w + 1)
+    over_worlds(judge, num_worlds, num_robots)
     return contacts
+
+
+def start_clearances(world: World, worlds: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+    """Free distances of robots that stand still.
+
+    Args:
+        world: State.
+        worlds: Worlds to look at, K of them.
+
+    Returns:
+        To the nearest other robot, and to the nearest wall, each of shape (K, N), in m; negative is how deep they are
+        in each other, inf is nobody there.
+    """
+    to_robot = np.full((len(worlds), world.num_robots), np.inf)
+    to_wall = to_robot.copy()
+    _start_clearances(
+        np.array(worlds, dtype=np.int64),
+        world.position,
+        world.radius,
+        world.present,
+        world.walls.arrays,
+        to_robot,
+        to_wall,
+    )
+    return to_robot, to_wall
+
+
+@kernel
+def _start_clearances(  # noqa: PLR0917  # a kernel takes arrays, not records
+    worlds: IntArray,
+    position: FloatArray,
+    radius: FloatArray,
+    present: BoolArray,
+    walls: WallArrays,
+    to_robot: FloatArray,
+    to_wall: FloatArray,
+) -> None:
+    for row in range(len(worlds)):
+        w = worlds[row]
+        for i in range(radius.shape[1]):
+            if not present[w, i]:
+                continue
+            for j in range(i):
+                if present[w, j]:
+                    x, y = (
+                        position[w, i, 0] - position[w, j, 0],
+                        position[w, i, 1] - position[w, j, 1],
+                    )
+                    gap = math.sqrt(x * x + y * y) - radius[w, i] - radius[w, j]
+                    to_robot[row, i] = min(to_robot[row, i], gap)
+                    to_robot[row, j] = min(to_robot[row, j], gap)
+            for s in range(walls.num_walls[w]):
+                squared = point_distance_squared(
+                    wall_of(walls, w, s), position[w, i, 0], position[w, i, 1]
+                )
+                to_wall[row, i] = min(to_wall[row, i], math.sqrt(squared) - radius[w, i])
 
 
 @kernel

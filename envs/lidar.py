@@ -9,21 +9,33 @@ import math
 
 import numpy as np
 
-from envs.lidar_kernel import Beams, paint_robots, paint_walls, read_range
+from envs.lidar_kernel import Beams, noisy_range, paint_robots, paint_walls, read_range
 from envs.robot_grid_kernel import empty_robot_grid, sort_robots
+from envs.sensing import Sensing
 from envs.walls import WallArrays
 from envs.world import World, over_worlds
-from safefilter.arrays import BoolArray, FloatArray
+from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import kernel
 
+PERFECT = Sensing()
 
-def cast_beams(world: World, num_beams: int, greatest_range: float) -> FloatArray:
+
+def cast_beams(
+    world: World,
+    num_beams: int,
+    greatest_range: float,
+    *,
+    sensing: Sensing = PERFECT,
+    worlds: slice = slice(None),
+) -> FloatArray:
     """Scan once round, counterclockwise from each robot's heading.
 
     Args:
         world: State.
         num_beams: Number of beams K, evenly spaced.
         greatest_range: Distance up to which beams come back, in m.
+        sensing: Noise and drop-out of beams.
+        worlds: Worlds to look at; of all others nothing comes back.
 
     Returns:
         Distances from the centres, shape (W, N, K), in m; infinite where nothing came back, and for robots that
@@ -45,10 +57,15 @@ def cast_beams(world: World, num_beams: int, greatest_range: float) -> FloatArra
             world.walls.arrays,
             beams,
             greatest_range,
+            sensing.lidar_noise,
+            sensing.beam_dropout,
+            world.seed,
+            world.step_count,
             ranges,
         )
 
-    over_worlds(cast, world.num_worlds, world.num_robots)
+    first, stop, _ = worlds.indices(world.num_worlds)
+    over_worlds(lambda start, end: cast(first + start, first + end), stop - first, world.num_robots)
     return ranges
 
 
@@ -63,6 +80,10 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
     walls: WallArrays,
     beams: Beams,
     greatest_range: float,
+    noise: float,
+    dropout: float,
+    seed: IntArray,
+    step_count: IntArray,
     ranges: FloatArray,
 ) -> None:
     num_robots, num_beams = ranges.shape[1], ranges.shape[2]
@@ -96,4 +117,7 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
                 greatest_range,
             )
             for k in range(num_beams):
-                ranges[w, i, k] = read_range(nearness, k, num_beams, greatest_range)
+                distance = read_range(nearness, k, num_beams, greatest_range)
+                ranges[w, i, k] = noisy_range(
+                    distance, noise, dropout, greatest_range, seed[w], step_count[w], i, k
+                )

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from envs.collision import CONTACT_TOLERANCE, Bodies, find_contacts
+from envs.collision import CONTACT_TOLERANCE, start_clearances
 from envs.crowd import Crowd, Crowded, Gait, walk_worlds
 from envs.dynamics import Movement
 from envs.fleet import Fleet
@@ -24,7 +24,7 @@ from envs.sensing import Sensing
 from envs.step_kernel import Motion, step_worlds
 from envs.walls import WallMap
 from envs.world import World, over_worlds
-from safefilter.arrays import FloatArray, finite_array
+from safefilter.arrays import FloatArray, finite_array, require_positive
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
 from safefilter.outlines import OwnWalls
@@ -81,7 +81,7 @@ class Navigation:
         self._motion = Motion(
             np.zeros(shape), np.zeros(shape), np.zeros(shape[:2]), np.zeros(shape[:2])
         )
-        self._crowd = scenario.crowd if isinstance(scenario, Crowded) else None
+        self._crowd = _crowd_of(scenario)
         self._gait = Gait(np.zeros(shape[:2], dtype=np.bool_), np.zeros(shape[:2]))
         if self._crowd is not None:
             self.world.person[...] = self._crowd.flags(shape[1])
@@ -104,6 +104,9 @@ class Navigation:
 
         Raises:
             InvalidInput: If the scenario places two robots into each other, or one into a wall.
+            ShapeError: If it places another number of robots, or an array of it has another shape.
+            NotFinite: If a number of it is NaN or infinite.
+            OutOfRange: If a speed or priority of it is not above zero.
         """
         walls: dict[int, FloatArray] = {}
         for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))).tolist():
@@ -228,7 +231,13 @@ class Navigation:
 
     def _scan(self, worlds: slice) -> Lidar:
         world, rules = self.world, self.rules
-        ranges = cast_beams(world, rules.num_beams, rules.lidar_range)
+        ranges = cast_beams(
+            world,
+            rules.num_beams,
+            rules.lidar_range,
+            sensing=self.observer.sensed.sensing,
+            worlds=worlds,
+        )
         return Lidar.scan(ranges[worlds].reshape(-1, rules.num_beams))
 
     def _walk(self, crowd: Crowd, action: FloatArray) -> None:
@@ -272,21 +281,23 @@ class Navigation:
             self.rules.dt,
         )
 
-    def _bodies(self) -> Bodies:
-        world = self.world
-        return Bodies(world.radius, world.present, world.collided, world.walls, world.person)
-
     def _place(self, w: int, placement: Placement) -> None:
         world, fleet = self.world, self.fleet
-        world.position[w] = placement.start
-        world.goal[w] = placement.goal
+        pairs = (fleet.num_robots, 2)
+        world.position[w] = finite_array(placement.start, f"start of world {w}", pairs)
+        world.goal[w] = finite_array(placement.goal, f"goal of world {w}", pairs)
         world.velocity[w] = 0.0
         if world.is_differential:
             ahead = placement.goal - placement.start
             towards_goal = np.arctan2(ahead[:, 1], ahead[:, 0])
-            world.heading[w] = towards_goal if placement.heading is None else placement.heading
-        world.v_max[w] = fleet.v_max if placement.v_max is None else placement.v_max
-        world.priority[w] = fleet.priority if placement.priority is None else placement.priority
+            world.heading[w] = towards_goal
+            if placement.heading is not None:
+                heading = finite_array(placement.heading, f"heading of world {w}", pairs[:1])
+                world.heading[w] = heading
+        world.v_max[w] = _positive_or(fleet.v_max, placement.v_max, f"v_max of world {w}")
+        world.priority[w] = _positive_or(
+            fleet.priority, placement.priority, f"priority of world {w}"
+        )
         world.cooperative[w] = self._cooperates
         world.present[w] = True
         world.arrived[w] = False
@@ -305,16 +316,26 @@ class Navigation:
         self._gait.direction[w] = np.arctan2(*(placement.goal - placement.start).T[::-1])
 
     def _require_apart(self, worlds: list[int]) -> None:
-        position = self.world.position
-        at_rest = Movement(np.zeros_like(position), np.zeros(position.shape[:2]), self.rules.dt)
-        contacts = find_contacts(position, at_rest, self._bodies(), worlds=worlds)
-        for clearance, what in (
-            (contacts.clearance, "another"),
-            (contacts.wall_clearance, "a wall"),
+        for clearance, what in zip(
+            start_clearances(self.world, worlds), ("another", "a wall"), strict=True
         ):
             if (clearance < -CONTACT_TOLERANCE).any():
-                w, i = np.argwhere(clearance < -CONTACT_TOLERANCE)[0]
+                row, i = np.argwhere(clearance < -CONTACT_TOLERANCE)[0]
                 raise InvalidInput(
-                    f"robot {i} of world {w} starts {-clearance[w, i]:.3g} m inside {what}; "
+                    f"robot {i} of world {worlds[row]} starts {-clearance[row, i]:.3g} m inside {what}; "
                     "make the scenario larger or its jitter smaller"
                 )
+
+
+def _crowd_of(scenario: Scenario) -> Crowd | None:
+    """People of a scenario, if it has any."""
+    if isinstance(scenario, Crowded) and len(scenario.crowd.people) > 0:
+        return scenario.crowd
+    return None
+
+
+def _positive_or(usual: FloatArray, placed: FloatArray | None, field: str) -> FloatArray:
+    """Numbers of a placement, checked, or else the usual ones, shape (N,)."""
+    if placed is None:
+        return usual
+    return require_positive(finite_array(placed, field, usual.shape), field)

@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from envs.lidar_kernel import read_range
-from envs.noise_kernel import normal, uniform
+from envs.lidar_kernel import noisy_range, read_range
 from envs.observation_layout import Observations
 from envs.odometry import OdometryArrays
 from envs.robot_grid_kernel import RobotGrid, cells_near
@@ -25,9 +24,6 @@ SPEED_SCALE = 0.2  # m/s
 GOAL_DECAY = 3.0  # 1/m
 FAR_DECAY, NEAR_DECAY, BEAM_DECAY = 1.5, 8.0, 1.2  # 1/m
 OWN_SIZE, NEIGHBOUR_SIZE = 9, 9
-# Channels of chance, after those of `envs.sensing`: two a beam for noise, one for whether it comes back.
-FIRST_BEAM_CHANNEL = 8
-FIRST_DROP_CHANNEL = 1 << 20
 
 
 class ObservationSettings(NamedTuple):
@@ -214,11 +210,16 @@ def write_beams(
         nearness[k] = read_range(nearness, k, num_beams, furthest)
     if settings.lidar_noise > 0.0 or settings.beam_dropout > 0.0:
         for k in range(num_beams):
-            error = settings.lidar_noise * normal(seed, step, i, FIRST_BEAM_CHANNEL + k)
-            nearness[k] = max(0.0, nearness[k] + error)
-            chance = uniform(seed, step, i, FIRST_DROP_CHANNEL + k)
-            if chance < settings.beam_dropout or nearness[k] > furthest:
-                nearness[k] = math.inf
+            nearness[k] = noisy_range(
+                nearness[k],
+                settings.lidar_noise,
+                settings.beam_dropout,
+                furthest,
+                seed,
+                step,
+                i,
+                k,
+            )
     for k in range(num_beams):
         value = decay(BEAM_DECAY * nearness[k])
         row[w, i, first + k] = value if nearness[k] <= furthest else 0.0

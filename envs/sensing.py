@@ -90,6 +90,7 @@ class Sensed:
     """What everyone knows of robots, kept up to date step by step.
 
     Attributes:
+        sensing: How well robots sense.
         arrays: For kernels; the state of the world itself where sensing is perfect.
     """
 
@@ -100,7 +101,7 @@ class Sensed:
             sensing: How well robots sense.
             robots: The true state.
         """
-        self._sensing = sensing
+        self.sensing = sensing
         self._robots = robots
         self.arrays = SensedArrays(robots.position, robots.velocity, robots.heading)
         self._sent = np.zeros((*robots.heading.shape, 0, 5))
@@ -114,7 +115,7 @@ class Sensed:
         Args:
             chosen: Shape (W, N).
         """
-        if self._sensing.is_perfect or not chosen.any():
+        if self.sensing.is_perfect or not chosen.any():
             return
         robots = self._robots
         for sensed, true in zip(
@@ -132,8 +133,8 @@ class Sensed:
         Args:
             seed: Of each world, shape (W,).
         """
-        if not self._sensing.is_perfect:
-            given = self._sensing
+        if not self.sensing.is_perfect:
+            given = self.sensing
             noise = np.array([given.position_noise, given.velocity_noise, given.heading_noise])
             _exchange(self._robots, seed, noise, given.dropout, self._sent, self.arrays)
 

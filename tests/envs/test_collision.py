@@ -6,10 +6,13 @@ from envs.collision import (
     Bodies,
     Contacts,
     find_contacts,
+    start_clearances,
 )
 from envs.collision_kernel import COARSENESS
 from envs.dynamics import Movement
+from envs.fleet import Fleet
 from envs.walls import WallMap
+from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray
 
 RADIUS = 0.1
@@ -370,3 +373,19 @@ def test_robot_may_slide_along_a_wall_that_it_touches() -> None:
     contacts = find_contacts(np.zeros((1, 1, 2)), movement, bodies)
     assert not contacts.hit_wall.any()
     np.testing.assert_allclose(contacts.wall_clearance, 0.0, atol=1e-9)
+
+
+def test_start_clearances_are_those_of_a_step_of_no_movement() -> None:
+    rng = np.random.default_rng(4)
+    world = World.empty(6, Fleet.of(5, radius=rng.uniform(0.05, 0.2, 5)))
+    world.present[...] = rng.uniform(size=(6, 5)) < 0.8
+    world.position[...] = rng.uniform(-0.4, 0.4, (6, 5, 2))
+    world.walls.replace({w: rng.uniform(-2.0, 2.0, (w, 2, 2)) for w in range(6)})
+    at_rest = Movement(np.zeros_like(world.position), np.zeros((6, 5)), 1.0)
+    bodies = Bodies(world.radius, world.present, world.nobody, world.walls)
+    contacts = find_contacts(world.position, at_rest, bodies)
+    to_robot, to_wall = start_clearances(world, [1, 4, 5])
+    np.testing.assert_allclose(to_robot, contacts.clearance[[1, 4, 5]], atol=1e-12)
+    np.testing.assert_allclose(to_wall, contacts.wall_clearance[[1, 4, 5]], atol=1e-12)
+    assert (to_robot < 0.0).any()
+    assert np.isinf(to_wall[~world.present[[1, 4, 5]]]).all()

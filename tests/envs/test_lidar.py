@@ -4,6 +4,8 @@ import shapely
 
 from envs import Corridor, Fleet, Navigation, Rules
 from envs.lidar import cast_beams
+from envs.observation_layout import ObservationLayout
+from envs.sensing import Sensing
 from envs.world import World
 from safefilter.arrays import FloatArray
 
@@ -145,3 +147,32 @@ def test_scenes_of_robots_without_a_map_hold_what_their_beams_saw() -> None:
         assert scene.most_walls > 45
         start, seen = scene.wall_range[0].tolist(), scene.walls
         assert (np.abs(seen[start[0] : start[1], :4]) <= 2.5 + 1e-9).all()
+
+
+def test_noise_of_beams_reaches_the_filter_and_the_observation_alike() -> None:
+    sensing = Sensing(lidar_noise=0.05, beam_dropout=0.2)
+    fleet = Fleet.of(4, kinematics="differential")
+    layout = ObservationLayout(0, 36)
+    rules = Rules(num_beams=36)
+    navigation = Navigation(Corridor(), fleet, rules, layout=layout, sensing=sensing, num_worlds=2)
+    navigation.reset(0)
+    noisy = cast_beams(navigation.world, 36, 3.5, sensing=sensing)
+    exact = cast_beams(navigation.world, 36, 3.5)
+    assert (noisy != exact).any()
+    seen = layout.as_dict(navigation.observe())["lidar"]
+    np.testing.assert_allclose(seen, np.exp(-1.2 * noisy), atol=1e-6)
+    walls = navigation.scenes().walls
+    away = np.linalg.norm(walls[:, :2].reshape(-1, 1, 2) - navigation.world.position[:, 0], axis=-1)
+    first = noisy[0, 0][np.isfinite(noisy[0, 0])]
+    # Every return of the first robot is the start of one of its walls, but those that lie on robots.
+    found = np.abs(away[:, :1] - first).min(axis=0) < 1e-9
+    assert found.mean() > 0.8
+
+
+def test_one_world_is_scanned_alone() -> None:
+    navigation = Navigation(Corridor(), num_worlds=3)
+    navigation.reset(0)
+    every = cast_beams(navigation.world, 16, 3.5)
+    second = cast_beams(navigation.world, 16, 3.5, worlds=slice(1, 2))
+    np.testing.assert_array_equal(second[1], every[1])
+    assert np.isinf(second[[0, 2]]).all()

@@ -1,11 +1,12 @@
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from envs import AfterArrival, Circle, Crossroad, Fleet, Navigation, Outcome, Rules
 from envs.scenarios import Placement, Scenario
+from safefilter.arrays import FloatArray
 from safefilter.errors import InvalidInput, NotFinite, OutOfRange, ShapeError
 
 
@@ -396,3 +397,35 @@ def test_people_do_not_tell_what_they_want() -> None:
     wanted = navigation.scenes(np.full((1, 3, 2), 0.05)).wanted
     assert wanted is not None
     np.testing.assert_allclose(wanted, [[0.05, 0.05], [-0.1, 0.0], [0.05, 0.05]])
+
+
+@dataclass(frozen=True)
+class Placed:
+    """One robot, placed as it is said."""
+
+    placement: Placement
+    num_robots: int = 1
+    half_extent: float = 9.0
+    name: str = "placed"
+
+    def place(self, rng: np.random.Generator) -> Placement:
+        del rng
+        return self.placement
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "message"),
+    [
+        ({"start": np.zeros((2, 2))}, ShapeError, r"start of world 0: expected shape \(1, 2\)"),
+        ({"goal": np.full((1, 2), np.nan)}, NotFinite, "goal of world 0 of row 0"),
+        ({"heading": np.zeros(3)}, ShapeError, r"heading of world 0: expected shape \(1,\)"),
+        ({"v_max": np.zeros(1)}, OutOfRange, "v_max of world 0 of row 0: expected a number above"),
+        ({"walls": np.zeros((1, 4))}, ShapeError, "walls of world 0: expected shape"),
+    ],
+)
+def test_placements_that_cannot_be_used_are_refused(
+    changed: dict[str, FloatArray], error: type[Exception], message: str
+) -> None:
+    placement = replace(Placement(np.zeros((1, 2)), np.ones((1, 2))), **changed)
+    with pytest.raises(error, match=message):
+        drives(Placed(placement))
