@@ -93,7 +93,7 @@ class RecordingWriter:
         self._file.write(f'{body[:-1]}{_CHECKSUM}{self._checksum:08x}"}}\n')
 
 
-def read_recording(path: Path, *, may_be_cut: bool = False) -> Recording:
+def read_recording(path: str | Path, *, may_be_cut: bool = False) -> Recording:
     """Read an episode.
 
     Args:
@@ -104,6 +104,7 @@ def read_recording(path: Path, *, may_be_cut: bool = False) -> Recording:
         RecordingFileError: If the file cannot be read, is something else or of another version, or was changed.
         RecordingCut: If it was cut, and may not be; or is cut before the first moment.
     """
+    path = Path(path)
     lines = _checked_lines(path)
     setting = _setting_of(path, lines)
     moments: list[Moment] = []
