@@ -20,7 +20,7 @@ from envs.palette import (
 from envs.recording import Recording
 
 Sign = Callable[[pygame.Surface, Place], None]
-INDENT, SIGN_WIDTH, GAP = 14.0, 18.0, 14.0  # px
+INDENT, SIGN_WIDTH, GAP = 14.0, 20.0, 14.0  # px
 RADIUS = 6.5  # px
 
 

@@ -14,6 +14,7 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.figure import Figure
 
 from envs.recording import Recording
+from safefilter.arrays import FloatArray
 
 MARK_EVERY = 4.0
 """Robots are drawn as discs this often along their ways, in s: close together is slow, and each is darker than the
@@ -40,13 +41,16 @@ def write_trajectories(path: Path, recordings: Sequence[tuple[str, Recording]]) 
     """Draw whole episodes beside each other: one colour a robot, the start as a ring, the goal as a star.
 
     Discs stand where the robot was in regular time, darker as time goes on, with the time in s beside every other
-    one; a cross stands at each collision. People are grey.
+    one; a cross stands at each collision. Of people there are the starts and the ways, in grey.
 
     Args:
         path: PNG to write.
         recordings: Titles and episodes.
     """
-    figure = Figure(figsize=(5.6 * len(recordings), 6.0), layout="constrained")
+    width, height = _extent(recordings)
+    # Wide worlds make flat figures.
+    tall = float(np.clip(5.0 * height / width + 1.0, 2.4, 6.0))
+    figure = Figure(figsize=(5.6 * len(recordings), tall), layout="constrained")
     axes = figure.subplots(1, len(recordings), squeeze=False, sharex=True, sharey=True)[0]
     for ax, (title, recording) in zip(axes, recordings, strict=True):
         _draw(ax, recording)
@@ -54,6 +58,18 @@ def write_trajectories(path: Path, recordings: Sequence[tuple[str, Recording]]) 
         ax.set_xlabel("x in m")
     axes[0].set_ylabel("y in m")
     figure.savefig(path, dpi=110)
+
+
+def _extent(recordings: Sequence[tuple[str, Recording]]) -> tuple[float, float]:
+    """Width and height of what is shown, in m."""
+    places = [
+        part.reshape(-1, 2)
+        for _, recording in recordings
+        for part in (recording.setting.walls, recording.setting.goal, recording.position)
+    ]
+    # As much room as a robot takes.
+    width, height = np.ptp(np.concatenate(places), axis=0) + 0.4
+    return float(width), float(height)
 
 
 def _draw(ax: Axes, recording: Recording) -> None:
@@ -96,6 +112,10 @@ def _draw_way(ax: Axes, recording: Recording, robot: int, colour: str) -> None:
     every = max(1, round(MARK_EVERY / recording.setting.dt))
     marks = shown[::every]
     diameter = 2.0 * recording.setting.radius[robot]
+    if recording.setting.person[robot]:
+        ax.plot(*shown.T, color=colour, linewidth=0.8, zorder=1)
+        _ring(ax, way[:1], diameter, colour)
+        return
     ax.plot(*shown.T, color=colour, linewidth=1.2, zorder=2)
     ax.add_collection(
         EllipseCollection(
@@ -109,20 +129,8 @@ def _draw_way(ax: Axes, recording: Recording, robot: int, colour: str) -> None:
             alpha=np.linspace(0.15, 0.75, len(marks)),
         )
     )
-    ax.add_collection(
-        EllipseCollection(
-            [diameter],
-            [diameter],
-            [0.0],
-            units="xy",
-            offsets=way[:1],
-            transOffset=ax.transData,
-            facecolors="none",
-            edgecolors=colour,
-            linewidths=1.6,
-        )
-    )
-    if recording.num_robots > FEW_ROBOTS or recording.setting.person[robot]:
+    _ring(ax, way[:1], diameter, colour)
+    if int((~recording.setting.person).sum()) > FEW_ROBOTS:
         return
     for k in range(1, len(marks)):
         if round(k * MARK_EVERY, 6) % LABEL_EVERY == 0.0:
@@ -135,6 +143,22 @@ def _draw_way(ax: Axes, recording: Recording, robot: int, colour: str) -> None:
                 color="k",
                 zorder=6,
             )
+
+
+def _ring(ax: Axes, place: FloatArray, diameter: float, colour: str) -> None:
+    ax.add_collection(
+        EllipseCollection(
+            [diameter],
+            [diameter],
+            [0.0],
+            units="xy",
+            offsets=place,
+            transOffset=ax.transData,
+            facecolors="none",
+            edgecolors=colour,
+            linewidths=1.6,
+        )
+    )
 
 
 def _result(recording: Recording) -> str:
