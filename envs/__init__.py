@@ -39,31 +39,19 @@ __all__ = [
     "load_scenario",
 ]
 
-gymnasium.register(
-    id="Crossroad-v0",
-    entry_point="envs.gymnasium_adapter:OneLearner",
-    kwargs={"scenario": Crossroad()},
-)
-gymnasium.register(
-    id="Circle-v0",
-    entry_point="envs.gymnasium_adapter:OneLearner",
-    kwargs={"scenario": Circle()},
-)
-for _name, _scenario in (
-    ("Crossroad", Crossroad(is_walled=True)),
-    ("Corridor", Corridor()),
-    ("Doorway", Doorway()),
+for _name, _kinematics, _scenario in (
+    ("Crossroad", "holonomic", Crossroad()),
+    ("Circle", "holonomic", Circle()),
+    ("CrossroadDrive", "differential", Crossroad(is_walled=True)),
+    ("CorridorDrive", "differential", Corridor()),
+    ("DoorwayDrive", "differential", Doorway()),
+    ("Town", "differential", Town(8)),
+    ("TownHeldOut", "differential", Town(8, "held-out")),
+    ("Scenario", "differential", "crossroad"),
 ):
-    gymnasium.register(
-        id=f"{_name}Drive-v0",
-        entry_point="envs.gymnasium_adapter:OneLearner",
-        kwargs={"scenario": _scenario, "kinematics": "differential"},
-    )
-gymnasium.register(id="Scenario-v0", entry_point="envs.named_scenario:named_scenario")
-for _name, _town in (("Town", Town(8)), ("TownHeldOut", Town(8, "held-out"))):
     gymnasium.register(
         id=f"{_name}-v0",
         entry_point="envs.named_scenario:named_scenario",
-        kwargs={"scenario": _town},
+        kwargs={"scenario": _scenario, "usual": _kinematics},
     )
 gymnasium.register(id="Robots-v0", vector_entry_point="envs.vector_adapter:VectorRobots")

@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from envs.crowd import Crowded
+from envs.dynamics import Kinematics
+from envs.fleet import Fleet
 from envs.navigation import Navigation
 from envs.observation_layout import Observations
 from envs.outcome import Outcome
@@ -204,6 +206,15 @@ def scenario_and_rules(
     if rules is None:
         rules = found.rules if isinstance(found, DescribedScenario) else Rules()
     return found, rules
+
+
+def drives_unless_told(
+    num_robots: int, fleet: Fleet | None, kinematics: Kinematics | None
+) -> Fleet:
+    """The fleet that is given, or differential drives; moving as is said, if it is."""
+    if fleet is None:
+        fleet = Fleet.of(num_robots, kinematics="differential")
+    return fleet if kinematics is None else replace(fleet, kinematics=kinematics)
 
 
 def parked_when_done(rules: Rules) -> Rules:

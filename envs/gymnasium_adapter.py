@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import gymnasium
 import numpy as np
 
-from envs.agents import Agents, scenario_and_rules
+from envs.agents import Agents, drives_unless_told, scenario_and_rules
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from envs.layers import Layers
@@ -84,7 +84,8 @@ class OneLearner(gymnasium.Env[Observation, Action]):
             scenario: Places the robots: a scenario, or the name or file of one.
             fleet: What the robots are. Others count as cooperative only if they have a filter; the learner does
                 unless the fleet says otherwise, as it is meant to be wrapped in one.
-            kinematics: How robots move: ``"holonomic"`` or ``"differential"``; None: as the fleet does.
+            kinematics: How robots move: ``"holonomic"`` or ``"differential"``; None: as the fleet does, or as
+                differential drives without one.
             rules: Rules of the episode; None: those that the scenario recommends, if it does.
             others: What the other robots do; by default they go straight to their goals.
             others_filter: Filter of the other cooperative robots; None executes their actions as they are.
@@ -102,8 +103,7 @@ class OneLearner(gymnasium.Env[Observation, Action]):
             ScenarioFileError: If a scenario file cannot be used.
         """
         found, rules = scenario_and_rules(scenario, rules)
-        fleet = Fleet.of(found.num_robots) if fleet is None else fleet
-        fleet = fleet if kinematics is None else replace(fleet, kinematics=kinematics)
+        fleet = drives_unless_told(found.num_robots, fleet, kinematics)
         if others_filter is None:
             fleet = _only_learner_cooperates(fleet)
         self.navigation = Navigation(found, fleet, rules, layout=layout, sensing=sensing)

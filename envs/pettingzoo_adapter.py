@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from envs.agents import Agents, Step, parked_when_done, scenario_and_rules
+from envs.agents import Agents, Step, drives_unless_told, parked_when_done, scenario_and_rules
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from envs.layers import Layers
@@ -32,7 +32,6 @@ from envs.spaces import (
     observation_space,
 )
 from envs.spectator import FRAMES_PER_SECOND, RENDER_MODES, Picture, RenderMode, Spectator
-from envs.vector_adapter import drives_unless_told
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput

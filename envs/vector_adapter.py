@@ -5,7 +5,6 @@ Letters: W worlds, N robots a world of which the first M are agents, L = W M lan
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -15,7 +14,14 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from envs.agents import Agents, Step, number_of_agents, parked_when_done, scenario_and_rules
+from envs.agents import (
+    Agents,
+    Step,
+    drives_unless_told,
+    number_of_agents,
+    parked_when_done,
+    scenario_and_rules,
+)
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from envs.layers import Layers
@@ -177,7 +183,8 @@ class VectorRobots(gymnasium.vector.VectorEnv[Observation, Action, npt.NDArray[A
         self._reborn = goes_on & step.reborn & step.acted
         self._ended = step.world_over & ~ended
         self._watch(step, ended)
-        agents.reset(worlds=ended)
+        if ended.any():
+            agents.reset(worlds=ended)
         if ended[0]:
             self._spectator.begin(None)
         waits = agents.is_over & ~step.acted
@@ -247,15 +254,6 @@ class VectorRobots(gymnasium.vector.VectorEnv[Observation, Action, npt.NDArray[A
             infos[name] = np.where(step.acted, values, np.zeros((), values.dtype)).ravel()
             infos[f"_{name}"] = mask.copy()
         return infos
-
-
-def drives_unless_told(
-    num_robots: int, fleet: Fleet | None, kinematics: Kinematics | None
-) -> Fleet:
-    """The fleet that is given, or differential drives; moving as is said, if it is."""
-    if fleet is None:
-        fleet = Fleet.of(num_robots, kinematics="differential")
-    return fleet if kinematics is None else replace(fleet, kinematics=kinematics)
 
 
 def _number_of_worlds(num_worlds: int | None, num_envs: int | None, num_agents: int) -> int:

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,7 @@ from envs.vector_adapter import VectorRobots
 from safefilter.errors import InvalidInput
 from safefilter.wrappers import SafeParallelEnv
 
+ROOT = Path(__file__).parents[2]
 SHORT = Rules(time_limit=1.0)
 FILTER = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(0.2)], sf.Holonomic(0.2))
 
@@ -79,6 +82,21 @@ def test_pictures_are_made_on_request_and_windows_by_themselves() -> None:
     assert human.render() is None
     human.close()
     assert not pygame.display.get_init()
+
+
+def test_nobody_needs_what_pictures_are_made_with_who_wants_none() -> None:
+    code = (
+        "import sys\n"
+        "for name in ('pygame', 'PIL', 'matplotlib', 'pettingzoo'): sys.modules[name] = None\n"
+        "import envs.vector_adapter, gymnasium\n"
+        "gymnasium.make('envs:Crossroad-v0')\n"
+        "try: import envs.pettingzoo_adapter\n"
+        "except ModuleNotFoundError as error: print(error)\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert "pip install 'safefilter[learn]'" in result.stdout
 
 
 def test_other_modes_are_refused() -> None:
