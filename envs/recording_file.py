@@ -23,13 +23,14 @@ import numpy as np
 import numpy.typing as npt
 
 from envs.recording import Moment, Recording, Setting
-from safefilter.arrays import finite_array, frozen
+from safefilter.arrays import finite_array, frozen, positive_number
 from safefilter.errors import InvalidInput
 
 FORMAT = "safefilter recording"
 VERSION = 1
 SUFFIX = ".jsonl"
 _CHECKSUM = ',"crc32":"'
+_FIRST = f'{{"format":"{FORMAT}"'
 _TAIL = len(_CHECKSUM) + len('00000000"}')
 
 
@@ -135,13 +136,16 @@ def _checked_lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     try:
         with path.open(encoding="utf-8", newline="\n") as file:
             for number, line in enumerate(file, 1):
+                if number == 1 and line and not _begins_alike(line, _FIRST):
+                    raise RecordingFileError(f"{path}:1: no recording of this package")
                 if not line.endswith("\n"):
                     return  # cut within this line
                 body = line[: -_TAIL - 1] + "}"
                 checksum = zlib.crc32(body.encode(), checksum)
                 if line[-_TAIL - 1 :] != f'{_CHECKSUM}{checksum:08x}"}}\n':
-                    what = "no recording of this package" if number == 1 else "changed, or moved"
-                    raise RecordingFileError(f"{path}:{number}: {what}: the checksum differs")
+                    raise RecordingFileError(
+                        f"{path}:{number}: changed, or moved: the checksum differs"
+                    )
                 record = json.loads(body)
                 if not isinstance(record, dict):
                     raise RecordingFileError(f"{path}:{number}: expected an object")
@@ -150,12 +154,15 @@ def _checked_lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
         raise RecordingFileError(f"{path}: cannot be read: {error}") from error
 
 
+def _begins_alike(one: str, other: str) -> bool:
+    length = min(len(one), len(other))
+    return one[:length] == other[:length]
+
+
 def _setting_of(path: Path, lines: Iterator[tuple[int, dict[str, Any]]]) -> Setting:
     number, record = next(lines, (1, None))
     if record is None:
         raise RecordingCut(f"{path}: cut within its first line")
-    if record.get("format") != FORMAT:
-        raise RecordingFileError(f"{path}:{number}: no recording of this package")
     if record.get("version") != VERSION:
         raise RecordingFileError(
             f"{path}:{number}: expected version {VERSION}, got {record.get('version')!r}; "
@@ -181,7 +188,7 @@ def _naming(path: Path, number: int) -> Iterator[None]:
         yield
     except KeyError as error:
         raise RecordingFileError(f"{path}:{number}: {error} is missing") from error
-    except (InvalidInput, TypeError) as error:
+    except (ValueError, TypeError) as error:
         raise RecordingFileError(f"{path}:{number}: {error}") from error
 
 
@@ -195,7 +202,7 @@ def _read_setting(record: dict[str, Any]) -> Setting:
     return Setting(
         scenario=str(record["scenario"]),
         seed=None if record["seed"] is None else int(record["seed"]),
-        dt=float(record["dt"]),
+        dt=positive_number(record["dt"], "dt"),
         has_heading=bool(record["has_heading"]),
         goal=frozen(finite_array(record["goal"], "goal", (num_robots, 2))),
         person=frozen(_whole(record, "person", num_robots).astype(np.bool_)),

@@ -35,7 +35,7 @@ class Setup:
     safety_filter: sf.SafetyFilter
     num_beams: int
     form: ObservationForm
-    time_limit: float = 27.0
+    time_limit: float
 
     def options(self) -> dict[str, Any]:
         return {
@@ -55,13 +55,14 @@ def setups() -> dict[str, Setup]:
 
     priority = [1.0, 2.0] * 4
     return {
-        "crossroad": Setup(Crossroad(), Fleet.of(8, priority=priority), HOLONOMIC, 0, "flat"),
+        "crossroad": Setup(Crossroad(), Fleet.of(8, priority=priority), HOLONOMIC, 0, "flat", 27.0),
         "walls from lidar": Setup(
             "crossroad",
             Fleet.of(8, priority=priority, kinematics="differential"),
             DRIVE,
             360,
             "dict",
+            33.0,
         ),
     }
 
@@ -157,7 +158,13 @@ def test_interfaces_agree_step_for_step(name: str, is_filtered: bool) -> None:
             first = {"robot_0": lane_of(lanes, 0)}
     assert learner_is_over
     assert sum(ends.values()) == NUM_ROBOTS
-    assert (ends["collided"] == 0) == is_filtered, ends
+    if is_filtered:
+        # Some arrive in time and some do not, so that every kind of end has been compared.
+        assert ends["collided"] == 0
+        assert ends["arrived"] > 0
+        assert ends["truncated"] > 0
+    else:
+        assert ends["collided"] > 0
 
 
 def test_vector_begins_its_next_episode_as_the_others_do() -> None:
