@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from envs.lidar_kernel import Beams, noisy_range, paint_robots, paint_walls, read_range
+from envs.lidar_kernel import Beams, paint_robots, paint_walls, read_range
+from envs.noise_kernel import noisy_range
 from envs.robot_grid_kernel import empty_robot_grid, sort_robots
 from envs.sensing import Sensing
 from envs.walls import WallArrays

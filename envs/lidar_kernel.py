@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from envs.noise_kernel import normal, uniform
 from envs.robot_grid_kernel import RobotGrid, cells_near
 from envs.walls import WallArrays, first_and_last_cell
 from safefilter.arrays import FloatArray, IntArray
@@ -27,9 +26,6 @@ from safefilter.jit import formula
 # Of a quarter turn: beams find no gap between two walls that share an end, though it was rounded differently.
 END_SLACK = 1e-10
 BUCKETS_PER_BEAM = 2
-# Channels of chance, after those of `envs.sensing` and `envs.crowd`: two a beam for noise, one for its drop-out.
-FIRST_NOISE_CHANNEL = 16
-FIRST_DROP_CHANNEL = 1 << 20
 
 
 class Beams(NamedTuple):
@@ -239,27 +235,4 @@ def read_range(nearness: FloatArray, k: int, num_beams: int, furthest: float) ->
     """Distance along beam k; infinite where nothing comes back."""
     largest = max(nearness[k], nearness[k + num_beams])
     distance = 1.0 / largest if largest > 0.0 else math.inf
-    return distance if distance <= furthest else math.inf
-
-
-@formula
-def noisy_range(
-    distance: float,
-    noise: float,
-    dropout: float,
-    furthest: float,
-    seed: int,
-    step: int,
-    robot: int,
-    beam: int,
-) -> float:
-    """What a beam reports of a distance: with normal noise, and infinite where it is lost or ends out of range.
-
-    The same beam of the same step reports the same, however often it is asked.
-    """
-    if noise > 0.0:
-        error = normal(seed, step, robot, FIRST_NOISE_CHANNEL + beam)
-        distance = max(0.0, distance + noise * error)
-    if dropout > 0.0 and uniform(seed, step, robot, FIRST_DROP_CHANNEL + beam) < dropout:
-        return math.inf
     return distance if distance <= furthest else math.inf

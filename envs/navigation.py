@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from envs.collision import CONTACT_TOLERANCE, start_clearances
-from envs.crowd import Crowd, Crowded, Gait, walk_worlds
+from envs.crowd import Crowd, Crowded
+from envs.crowd_kernel import Gait, walk_worlds
 from envs.dynamics import Movement
 from envs.fleet import Fleet
 from envs.lidar import cast_beams

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from envs.lidar_kernel import noisy_range, read_range
+from envs.lidar_kernel import read_range
+from envs.noise_kernel import noisy_range
 from envs.observation_layout import Observations
 from envs.odometry import OdometryArrays
 from envs.robot_grid_kernel import RobotGrid, cells_near

@@ -1,19 +1,27 @@
-"""Walls from a laser scan alone: segments between adjacent returns, and what can hide between two beams.
+"""Walls from a laser scan alone: what can be in each gap between two beams, and how near.
 
 Letters: N robots, K beams, Delta the angle between two beams. m, rad.
 
-Beams are cast from the robot's centre. Two adjacent returns A and B are joined, whatever the jump between them: across
-a jump the segment is nearly radial, so that its closest point is the nearer return, and the doorway beside it stays
-open. A corner C of a wall may stick out between the beams towards the robot. Let every convex corner be at least the
-*corner angle* a, and each of its two faces at least the *thickness* long, enough to be hit by a beam: longer than
-``2 r sin(Delta / 2) / sin(a / 2)`` at range r. Then one face crosses each beam, or both cross the same one, and of all
-such wedges the symmetric one sticks out most: by ``w / (2 tan(a / 2))``, where ``w = 2 r tan(Delta / 2)`` is the width
-between the beams at the nearer return's range r. Along the direction to the closest point that is at most
-``r (tan(Delta / 2) / tan(a / 2) + Delta^2)``: the second part is what the direction can differ by within one gap.
+Beams are cast from the robot's centre. In the gap between two adjacent returns A and B there is wall, as near as the
+nearer of them: that joins them, whatever the jump, and leaves the doorway beside a jump open. A corner C of a wall may
+stick out between the beams towards the robot. Let every convex corner be at least the *corner angle* a, and each of its
+two faces at least the *thickness* long, enough to be hit by a beam: longer than ``2 r sin(Delta / 2) / sin(a / 2)`` at
+range r. Then one face crosses each beam, or both cross the same one, and of all such wedges the symmetric one sticks
+out most: by ``w / (2 tan(a / 2))``, where ``w = 2 r tan(Delta / 2)`` is the width between the beams at the nearer
+return's range r. With what a chord between equal ranges is nearer than its ends, that is a margin of at most
+``r (tan(Delta / 2) / tan(a / 2) + Delta^2)``. A wall end of no thickness can stick out between two beams without any
+bound: that is why the thickness is stated.
 
-A wall end of no thickness can stick out between two beams without any bound: that is why the thickness is stated.
+So whatever is in the gap lies at the range ``r - margin`` or further, in some direction between the two beams. It is
+written as one point on each of the two beams, at range r and with that margin. A robot that keeps the budgets of both
+keeps that of every direction in between, because that direction is a sum of theirs with positive factors. (One row a
+gap, towards the closest point of the segment AB, is not enough: a robot nearer to a corner than the margin could slide
+into it across that row, by some micrometres.)
 
-Beams that hit another robot are masked: that robot's own rows hold the way to whatever is behind it.
+Returns from another robot j are masked, and so are returns near its rim that j's own row holds: that row lets the disc
+of the robot get no further along the direction e to j than j's near side, so that whatever lies beyond the line there
+across e needs no row. A return that lies before it is a wall in front of j, however near to j, and is kept. Behind j
+nothing is seen, but all of it lies beyond the line.
 """
 
 from __future__ import annotations
@@ -24,15 +32,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array, frozen, positive_number
+from safefilter.arrays import FloatArray, IntArray, finite_array, frozen, positive_number
 from safefilter.errors import OutOfRange, ShapeError
 from safefilter.jit import formula, kernel
 from safefilter.neighbours import blocks_of
 from safefilter.threads import over_ranges
 
 RIGHT_ANGLE = 0.5 * math.pi
-# A return this close to a known robot's rim is that robot's: sensor and pose noise of a few centimetres.
+# A return this close to a known robot's rim may be that robot's: sensor and pose noise of a few centimetres, in m.
 MASK_MARGIN = 0.03
+# A return this close to it is that robot's: ranges may come in single precision, in m.
+RIM_TOLERANCE = 1e-6
 FEWEST_BEAMS = 16
 
 
@@ -108,8 +118,8 @@ class Lidar:
             world: Number of the world each robot is in, shape (N,).
 
         Returns:
-            (walls, start): segments with their margins as in `Scene.walls`, robot after robot, and where each
-            robot's start, shape (N + 1,).
+            (walls, start): points with their margins, as segments of no length in the form of `Scene.walls`, robot
+            after robot, and where each robot's start, shape (N + 1,).
 
         Raises:
             ShapeError: If there are scans for another number of robots.
@@ -118,54 +128,155 @@ class Lidar:
             raise ShapeError(
                 f"lidar: scans of {len(self.ranges)} robots, but the scene has {len(position)}"
             )
-        is_hit = np.isfinite(self.ranges)
-        blocks = blocks_of(world)
+        unit_margin = float(self.margin(np.ones(1))[0])
+        ranges = np.where(np.isnan(self.ranges), np.inf, self.ranges)
+        nearest, blocks = np.empty(ranges.shape), blocks_of(world)
         over_ranges(
-            lambda first, last: _mask_robots(
+            lambda first, last: find_walls(
                 first,
                 last,
-                self.ranges,
+                ranges,
                 self.angles,
                 position,
                 heading,
                 radius,
                 world,
                 blocks,
-                is_hit,
+                1.0 - unit_margin,
+                nearest,
             ),
             len(position),
         )
         start = np.zeros(len(position) + 1, dtype=np.int64)
-        np.cumsum(is_hit.sum(axis=1), out=start[1:])
+        np.cumsum(np.isfinite(nearest).sum(axis=1), out=start[1:])
         walls = np.empty((start[-1], 5))
         over_ranges(
-            lambda first, last: _join_returns(
-                first, last, self.ranges, self.angles, position, heading, is_hit, start, walls
+            lambda first, last: write_walls(
+                first, last, nearest, self.angles, position, heading, unit_margin, start, walls
             ),
             len(position),
         )
-        walls[:, 4] = self.margin(walls[:, 4])
         return walls, start
 
 
 @formula
-def return_point(
-    ranges: FloatArray,
-    angles: FloatArray,
-    position: FloatArray,
-    heading: FloatArray,
+def is_held(x: float, y: float, c_x: float, c_y: float, other_radius: float) -> bool:
+    """Does the row of the robot at c hold the way to (x, y), all as seen from the robot that scans?"""
+    distance = math.hypot(c_x, c_y)
+    return x * c_x + y * c_y >= distance * (distance - other_radius)
+
+
+@formula
+def is_masked(
+    x: float, y: float, c_x: float, c_y: float, other_radius: float, margin_part: float
+) -> bool:
+    """Is a return another robot's own, or near to its rim and held by its row, with what may stick out beside it?
+
+    Args:
+        x: Return, in m, as seen from the robot that scans.
+        y: Return, in m.
+        c_x: Centre of the other robot, in m.
+        c_y: Centre of the other robot, in m.
+        other_radius: Its radius, in m.
+        margin_part: 1 less the margin at a distance of 1 m.
+    """
+    off_rim = math.hypot(x - c_x, y - c_y) - other_radius
+    if abs(off_rim) <= RIM_TOLERANCE:
+        return True
+    return off_rim <= MASK_MARGIN and is_held(
+        margin_part * x, margin_part * y, c_x, c_y, other_radius
+    )
+
+
+@formula
+def is_gap_held(
+    unit: FloatArray,
+    k: int,
+    after: int,
+    nearest: float,
+    c_x: float,
+    c_y: float,
+    other_radius: float,
+) -> bool:
+    """Does the row of the robot at c hold all of a gap from the range ``nearest`` on?"""
+    return is_held(nearest * unit[k, 0], nearest * unit[k, 1], c_x, c_y, other_radius) and is_held(
+        nearest * unit[after, 0], nearest * unit[after, 1], c_x, c_y, other_radius
+    )
+
+
+@formula
+def nearest_in_gap(
     i: int,
     k: int,
-) -> tuple[float, float]:
-    """Where beam k of robot i ended."""
-    direction = heading[i] + angles[k]
-    x: float = position[i, 0] + ranges[i, k] * math.cos(direction)
-    y: float = position[i, 1] + ranges[i, k] * math.sin(direction)
-    return x, y
+    after: int,
+    ranges: FloatArray,
+    unit: FloatArray,
+    masker: IntArray,
+    position: FloatArray,
+    radius: FloatArray,
+    margin_part: float,
+) -> float:
+    """Range of the nearer return beside the gap from beam k on, in m; infinite if no row is needed for it."""
+    nearest: float = min(ranges[i, k], ranges[i, after])
+    furthest: float = max(ranges[i, k], ranges[i, after])
+    # Beside a masked return alone, or between two masked by one robot, there is that robot, and walls behind it.
+    is_masked_by_one = masker[k] == masker[after] or not math.isfinite(furthest)
+    if not math.isfinite(nearest) or (max(masker[k], masker[after]) >= 0 and is_masked_by_one):
+        return math.inf
+    for beam in (k, after):
+        j = masker[beam]
+        if j >= 0:
+            c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+            if is_gap_held(unit, k, after, margin_part * nearest, c_x, c_y, radius[j]):
+                return math.inf
+    return nearest
+
+
+@formula
+def half_width(distance: float, radius: float, step: float, num_beams: int) -> int:
+    """Number of beams, on each side of the one nearest to a disc's centre, that can hit the disc."""
+    if distance <= radius:
+        return num_beams
+    return int(math.asin(radius / distance) / step) + 1
+
+
+@formula
+def mask_returns(
+    i: int,
+    first: int,
+    last: int,
+    ranges: FloatArray,
+    unit: FloatArray,
+    masker: IntArray,
+    position: FloatArray,
+    radius: FloatArray,
+    world: IntArray,
+    margin_part: float,
+) -> None:
+    """Write who among robots [first, last) masks each return of robot i: the number of a robot, or -1."""
+    masker[:] = -1
+    furthest = 0.0
+    for k in range(len(masker)):
+        if math.isfinite(ranges[i, k]):
+            furthest = max(furthest, ranges[i, k])
+    for j in range(first, last):
+        if j == i or world[j] != world[i]:
+            continue
+        c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+        # Twice the margin, so that rounding of this shortcut masks what the exact test would.
+        reach = furthest + radius[j] + 2.0 * MASK_MARGIN
+        if c_x * c_x + c_y * c_y > reach * reach:
+            continue
+        for k in range(len(masker)):
+            distance = ranges[i, k]
+            if math.isfinite(distance) and is_masked(
+                distance * unit[k, 0], distance * unit[k, 1], c_x, c_y, radius[j], margin_part
+            ):
+                masker[k] = j
 
 
 @kernel
-def _mask_robots(  # a kernel takes arrays, not records
+def find_walls(
     first: int,
     last: int,
     ranges: FloatArray,
@@ -175,53 +286,78 @@ def _mask_robots(  # a kernel takes arrays, not records
     radius: FloatArray,
     world: IntArray,
     blocks: IntArray,
-    is_hit: BoolArray,
+    margin_part: float,
+    nearest: FloatArray,
 ) -> None:
-    """Unmark returns that lie within a known robot of the same world, or on its rim."""
+    """Write for robots [first, last) the range at which there may be wall on each beam, infinite for none.
+
+    Args:
+        first: First robot.
+        last: One past the last robot.
+        ranges: Scans, infinite where nothing came back, shape (N, K).
+        angles: Of the beams, shape (K,).
+        position: Shape (N, 2).
+        heading: Shape (N,).
+        radius: Shape (N,).
+        world: Shape (N,).
+        blocks: Robots of one world lie within one of them; see `blocks_of`.
+        margin_part: 1 less the margin at a distance of 1 m.
+        nearest: Out, shape (N, K).
+    """
+    num_beams = len(angles)
+    unit, masker = np.empty((num_beams, 2)), np.empty(num_beams, dtype=np.int64)
     block = np.searchsorted(blocks, first, side="right") - 1
     for i in range(first, last):
         while blocks[block + 1] <= i:
             block += 1
-        furthest = 0.0
-        for k in range(len(angles)):
-            if is_hit[i, k]:
-                furthest = max(furthest, ranges[i, k])
-        for j in range(blocks[block], blocks[block + 1]):
-            if j == i or world[j] != world[i]:
-                continue
-            reach = radius[j] + MASK_MARGIN
-            x, y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
-            if x * x + y * y > (furthest + reach) * (furthest + reach):
-                continue
-            for k in range(len(angles)):
-                if is_hit[i, k]:
-                    p_x, p_y = return_point(ranges, angles, position, heading, i, k)
-                    x, y = p_x - position[j, 0], p_y - position[j, 1]
-                    is_hit[i, k] = math.sqrt(x * x + y * y) > reach
+        for k in range(num_beams):
+            direction = heading[i] + angles[k]
+            unit[k, 0], unit[k, 1] = math.cos(direction), math.sin(direction)
+        mask_returns(
+            i,
+            blocks[block],
+            blocks[block + 1],
+            ranges,
+            unit,
+            masker,
+            position,
+            radius,
+            world,
+            margin_part,
+        )
+        before = nearest_in_gap(
+            i, num_beams - 1, 0, ranges, unit, masker, position, radius, margin_part
+        )
+        for k in range(num_beams):
+            after = nearest_in_gap(
+                i, k, (k + 1) % num_beams, ranges, unit, masker, position, radius, margin_part
+            )
+            nearest[i, k] = min(before, after)
+            before = after
 
 
 @kernel
-def _join_returns(  # a kernel takes arrays, not records
+def write_walls(
     first: int,
     last: int,
-    ranges: FloatArray,
+    nearest: FloatArray,
     angles: FloatArray,
     position: FloatArray,
     heading: FloatArray,
-    is_hit: BoolArray,
+    unit_margin: float,
     start: IntArray,
     walls: FloatArray,
 ) -> None:
-    """Write segments between adjacent returns, and the nearer one's range; one without a next stays a point."""
-    num_beams = len(angles)
+    """Write what `find_walls` found of robots [first, last) as points with their margins; ``unit_margin`` is at 1 m."""
     for i in range(first, last):
         row = start[i]
-        for k in range(num_beams):
-            if not is_hit[i, k]:
+        for k in range(len(angles)):
+            distance = nearest[i, k]
+            if not math.isfinite(distance):
                 continue
-            after = (k + 1) % num_beams
-            end = after if is_hit[i, after] else k
-            walls[row, 0], walls[row, 1] = return_point(ranges, angles, position, heading, i, k)
-            walls[row, 2], walls[row, 3] = return_point(ranges, angles, position, heading, i, end)
-            walls[row, 4] = min(ranges[i, k], ranges[i, end])
+            direction = heading[i] + angles[k]
+            x = position[i, 0] + distance * math.cos(direction)
+            y = position[i, 1] + distance * math.sin(direction)
+            walls[row, 0], walls[row, 1], walls[row, 2], walls[row, 3] = x, y, x, y
+            walls[row, 4] = unit_margin * distance
             row += 1

@@ -6,6 +6,7 @@ from envs.scenarios.crossroad import Crossroad
 from envs.scenarios.described import DescribedScenario
 from envs.scenarios.doorway import Doorway
 from envs.scenarios.library import load_scenario, scenario_names
+from envs.scenarios.packed import Packed
 from envs.scenarios.scenario import Placement, Scenario
 from envs.scenarios.town import Town
 from envs.scenarios.u_shape import UShape
@@ -16,6 +17,7 @@ __all__ = [
     "Crossroad",
     "DescribedScenario",
     "Doorway",
+    "Packed",
     "Placement",
     "Scenario",
     "Town",

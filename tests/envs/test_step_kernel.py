@@ -84,6 +84,7 @@ def test_a_robot_waits_at_its_goal_until_its_start_is_free() -> None:
     assert world.arrivals.tolist() == [[1, 0]]
 
 
+@pytest.mark.stress
 def test_nobody_is_ever_reborn_into_another() -> None:
     rules = Rules(after_arrival=AfterArrival.REBORN, time_limit=1e6)
     navigation = Navigation(Crossroad(), Fleet.of(8), rules, num_worlds=20)
@@ -192,6 +193,7 @@ def require_same(one: tuple[World, Observations], other: tuple[World, Observatio
     assert one[1].tobytes() == other[1].tobytes()
 
 
+@pytest.mark.stress
 def test_one_thread_and_two_make_the_same_episode_bit_for_bit() -> None:
     before = numba.get_num_threads()
     if before < 2:
