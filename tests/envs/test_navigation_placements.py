@@ -1,3 +1,5 @@
+"""What a placement may say of a world: walls, headings, speeds and priorities of its own."""
+
 from dataclasses import dataclass, replace
 
 import numpy as np

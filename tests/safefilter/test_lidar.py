@@ -9,7 +9,6 @@ import pytest
 
 import safefilter as sf
 from safefilter.arrays import FloatArray
-from safefilter.lidar import is_masked
 
 BEAMS = 360
 CENTRE, HEADING = np.zeros((1, 2)), np.zeros(1)
@@ -277,17 +276,6 @@ def test_a_scene_from_a_scan_keeps_a_robot_off_the_wall() -> None:
         position = position + 0.2 * safety.decide(scene, [[0.4, 0.3]]).action
         assert distances(box, position)[0] >= 0.1
     assert position[0].max() > 0.8
-
-
-def test_a_point_on_a_rim_or_near_it_beyond_the_near_side_is_masked() -> None:
-    # A disc of 0.1 m at 0.5 m ahead: its near side is at 0.4 m.
-    disc = (0.5, 0.0, 0.1, 1.0 - 0.005)
-    assert is_masked(0.4, 0.0, *disc)
-    assert is_masked(0.5, 0.12, *disc)
-    assert is_masked(0.403, 0.05, *disc)
-    assert not is_masked(0.399, 0.0, *disc)
-    assert not is_masked(0.401, 0.04, *disc)  # a corner could stick out before the near side
-    assert not is_masked(0.5, 0.14, *disc)
 
 
 def test_a_robot_nearer_to_a_corner_than_the_margin_cannot_slide_into_it() -> None:
