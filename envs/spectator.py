@@ -73,10 +73,9 @@ class Spectator:
         world, dt, name = navigation.world, navigation.rules.dt, navigation.scenario.name
         if self._folder is not None:
             self._close_file(is_whole=False)
-            self._folder.mkdir(parents=True, exist_ok=True)
-            self._num_episodes += 1
-            path = self._folder / f"{_file_name(name)}_{self._num_episodes:05d}{SUFFIX}"
-            self._writer = RecordingWriter(path, Setting.of(world, 0, dt, name, seed))
+            self._writer = RecordingWriter(
+                self._new_file(self._folder, name), Setting.of(world, 0, dt, name, seed)
+            )
             self._writer.write(Moment.of(world, 0))
         if self._mode is not None:
             self._recorder = Recorder(world, 0, dt, name, seed)
@@ -129,6 +128,18 @@ class Spectator:
         canvas = Canvas(PICTURE_SIZE, self._navigation.scenario.half_extent)
         last, name = recording.num_moments - 1, recording.setting.scenario
         return draw_moment(recording, last, canvas, name, self._layers)
+
+    def _new_file(self, folder: Path, name: str) -> Path:
+        """A file that nobody else has, be it of another run or of another process."""
+        folder.mkdir(parents=True, exist_ok=True)
+        while True:
+            self._num_episodes += 1
+            path = folder / f"{_file_name(name)}_{self._num_episodes:05d}{SUFFIX}"
+            try:
+                path.touch(exist_ok=False)
+            except FileExistsError:
+                continue
+            return path
 
     def _close_file(self, *, is_whole: bool) -> None:
         if self._writer is not None:

@@ -41,6 +41,14 @@ def test_each_episode_becomes_a_file(tmp_path: Path) -> None:
     assert read_recording(files[1], may_be_cut=True).num_moments == 3
 
 
+def test_files_of_an_earlier_run_are_left_alone(tmp_path: Path) -> None:
+    run(OneLearner(Crossroad(), rules=SHORT, record=tmp_path), 5)
+    before = (tmp_path / "crossroad_00001.jsonl").read_bytes()
+    run(OneLearner(Crossroad(), rules=SHORT, record=tmp_path), 3)
+    assert (tmp_path / "crossroad_00001.jsonl").read_bytes() == before
+    assert read_recording(tmp_path / "crossroad_00002.jsonl", may_be_cut=True).num_moments == 4
+
+
 def test_a_vector_records_its_first_world_episode_by_episode(tmp_path: Path) -> None:
     run(VectorRobots("passing", num_worlds=2, rules=SHORT, record=tmp_path), 8)
     first, second = (read_recording(file, may_be_cut=True) for file in sorted(tmp_path.iterdir()))
