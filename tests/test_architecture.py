@@ -58,7 +58,7 @@ EXTRA_OF_FOLDER = {
     "safefilter": ["demo", "learn", "testing"],
     "envs": ["demo"],
     "policies": ["demo", "learn"],
-    "proofs": ["dev"],
+    "proofs": ["demo", "dev"],
     "benchmarks": ["demo", "dev", "learn"],
     "examples": ["demo", "learn"],
     "tests": ["demo", "dev", "learn", "testing"],
