@@ -8,6 +8,8 @@ in `boundary`; what it is good for, here.
 
 from __future__ import annotations
 
+from functools import cache
+
 import z3
 
 from proofs.prover import Proof, prove
@@ -49,6 +51,7 @@ def parts(
     return z3.And(n_x * n_x + n_y * n_y == 1, behind >= 0, offset * horizon >= behind)
 
 
+@cache
 def projection() -> Proof:
     """A vector is at least as long as its projection on a unit vector: Cauchy and Schwarz, in the plane."""
     return prove(
@@ -63,6 +66,7 @@ def projection() -> Proof:
     )
 
 
+@cache
 def until_horizon() -> Proof:
     """A half-plane that supports VO^tau keeps discs apart for all t in (0, tau]."""
     moved_x, moved_y = TIME * V_X - P_X, TIME * V_Y - P_Y
@@ -81,6 +85,7 @@ def until_horizon() -> Proof:
     )
 
 
+@cache
 def from_horizon_on() -> Proof:
     """A half-plane that parts discs has them apart at ``tau`` and ever after."""
     moved_x, moved_y = TIME * V_X - P_X, TIME * V_Y - P_Y

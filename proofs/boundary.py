@@ -9,6 +9,7 @@ Relative position p, relative velocity o that the boundary is asked for (v_opt),
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 
 import z3
 
@@ -39,6 +40,7 @@ def _from_cutoff_centre(horizon: z3.ArithRef) -> Shift:
     return (O_X, P_X * inverse_of(horizon)), (O_Y, P_Y * inverse_of(horizon))
 
 
+@cache
 def supporting() -> Proof:
     """Of discs that are apart, every half-plane that ships keeps clear of VO^tau."""
     return prove(
@@ -58,6 +60,7 @@ def supporting() -> Proof:
     )
 
 
+@cache
 def parting() -> Proof:
     """Of discs that overlap, the half-plane parts them within the overlap time."""
     inverse = inverse_of(OVERLAP_TIME)
@@ -80,6 +83,7 @@ def parting() -> Proof:
     )
 
 
+@cache
 def mirrored() -> Proof:
     """Two robots that look at one pair from its two sides find opposite normals and the same change."""
     seen = outcome(
@@ -95,6 +99,7 @@ def mirrored() -> Proof:
     )
 
 
+@cache
 def same_encounter() -> Proof:
     """Both robots see the same kind of encounter, so the norms give both the same leg."""
     kind = symbolic(encounter)

@@ -157,6 +157,7 @@ def prove(
     claim: z3.BoolRef,
     *,
     using: Sequence[Fact] = (),
+    opaque: Sequence[str] = (),
     shifts: Sequence[Shift] = (),
     witnesses: Mapping[str, Values] | None = None,
     timeout: float = TIMEOUT_SECONDS,
@@ -169,6 +170,8 @@ def prove(
         assumptions: By name.
         claim: What follows.
         using: Other lemmas that z3 may use: they are true, so they assume nothing.
+        opaque: Assumptions that z3 need not look into, by name: they are true or not, here and in ``using``. That
+            proves more than is asked for.
         shifts: Variables that z3 may find easier to measure from elsewhere, see `refute`.
         witnesses: Numbers that help z3 to show that an assumption is needed, by its name, or, under `TOGETHER`, that
             all can be true together. They are checked, and what they leave open z3 finds.
@@ -183,8 +186,10 @@ def prove(
         raise NotProved(name, f"witnesses for assumptions that it has not: {sorted(unknown)}")
     if not all(map(is_origin, shifts)):
         raise NotProved(name, "a variable is measured from itself")
-    facts = [fact.formula for fact in using]
-    asking.derive([*assumptions.values(), *facts], claim, shifts)
+    hidden = [(as_formula(assumptions[key]), z3.Bool(key)) for key in opaque]
+    shown = [fact for key, fact in assumptions.items() if key not in opaque]
+    facts = [z3.substitute(fact.formula, *hidden) for fact in using]
+    asking.derive([*shown, *(bit for _, bit in hidden), *facts], claim, shifts)
     asking.exhibit(
         list(assumptions.values()),
         numbers.get(TOGETHER, {}),

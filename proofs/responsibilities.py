@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import z3
@@ -23,6 +24,7 @@ def _both(own: z3.ArithRef, other: z3.ArithRef, names: str) -> Outcome:
     return outcome(names, lambda: (duty(i, j), space(i, j), duty(j, i), space(j, i)))
 
 
+@cache
 def parts_of_a_whole() -> Proof:
     """Responsibilities and rooms are in [0, 1] and sum to one."""
     shares = _both(OWN, OTHER, "responsibility_i room_i responsibility_j room_j")
@@ -40,6 +42,7 @@ def parts_of_a_whole() -> Proof:
     )
 
 
+@cache
 def monotone_in_priority() -> Proof:
     """Who has the higher priority takes less of the change, and more of the room."""
     shares = _both(OWN, OTHER, "responsibility_i room_i responsibility_j room_j")
@@ -57,6 +60,7 @@ def monotone_in_priority() -> Proof:
     )
 
 
+@cache
 def equal_priorities_halve() -> Proof:
     """Equal priorities share alike."""
     shares = _both(OWN, OTHER, "responsibility_i room_i responsibility_j room_j")
@@ -84,6 +88,7 @@ def _change_shares(own_cooperates: bool, *, dual: bool) -> Outcome:
     )
 
 
+@cache
 def shares_of_change(*, dual: bool) -> Proof:
     """A pair takes all of the change, whether it is effort or slack, by either slack rule."""
     shares = _change_shares(own_cooperates=True, dual=dual)
@@ -97,6 +102,7 @@ def shares_of_change(*, dual: bool) -> Proof:
     )
 
 
+@cache
 def slack_goes_to_priority() -> Proof:
     """By the dual rule, the higher priority has the smaller effort and the larger slack."""
     shares = _change_shares(own_cooperates=True, dual=True)
@@ -114,6 +120,7 @@ def slack_goes_to_priority() -> Proof:
     )
 
 
+@cache
 def all_of_the_change() -> Proof:
     """Against a robot that does not cooperate, the whole change."""
     shares = _change_shares(own_cooperates=False, dual=True)
