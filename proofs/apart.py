@@ -67,6 +67,21 @@ def projection() -> Proof:
 
 
 @cache
+def at_most_length() -> Proof:
+    """A projection on a unit vector is at most as long as the vector."""
+    return prove(
+        "apart.at_most_length",
+        "|n| = 1, |v| <= floor  =>  n . v <= floor  (Cauchy-Schwarz)",
+        {
+            "|n| = 1": UNIT,
+            "|v| <= floor": V_X * V_X + V_Y * V_Y <= FLOOR * FLOOR,
+            "floor >= 0": FLOOR >= 0,
+        },
+        N_X * V_X + N_Y * V_Y <= FLOOR,
+    )
+
+
+@cache
 def until_horizon() -> Proof:
     """A half-plane that supports VO^tau keeps discs apart for all t in (0, tau]."""
     moved_x, moved_y = TIME * V_X - P_X, TIME * V_Y - P_Y
@@ -104,4 +119,4 @@ def from_horizon_on() -> Proof:
     )
 
 
-LEMMAS = (projection, until_horizon, from_horizon_on)
+LEMMAS = (projection, at_most_length, until_horizon, from_horizon_on)

@@ -58,7 +58,9 @@ WITNESSES: Mapping[str, Values] = {
     "": CLOSING,
     "i keeps its row": CLOSING,
 }
-OF_BOTH: Mapping[str, Values] = {key: CLOSING for key in ("pr_i > 0", "pr_j > 0", "j keeps its row")}
+OF_BOTH: Mapping[str, Values] = {
+    key: CLOSING for key in ("pr_i > 0", "pr_j > 0", "j keeps its row")
+}
 
 
 def _prove(

@@ -17,7 +17,16 @@ import z3
 
 from proofs.boundary import CHANGE, GIVEN, HORIZON, KIND, MIRRORED, N_X, N_Y, OFFSET, OVERLAP_TIME
 from proofs.prover import Proof, prove
-from proofs.symbolic import POSITIVE, Condition, Number, Outcome, canonical, outcome, symbolic, term_of
+from proofs.symbolic import (
+    POSITIVE,
+    Condition,
+    Number,
+    Outcome,
+    canonical,
+    outcome,
+    symbolic,
+    term_of,
+)
 from safefilter.constraints import priority_orca
 from safefilter.constraints.row_buffers import RowLabels
 from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, WANTED_X, WANTED_Y, X, Y
@@ -104,7 +113,9 @@ def rows_of_pair(v_opt: int, *, cooperative: bool = True) -> Outcome:
         "has_dual_slack": Condition(SLACK_RULE, POSITIVE),
         "has_norm_leg": True,
     }
-    settings = priority_orca.NO_ORCA._replace(is_used=True, v_opt=v_opt, max_neighbours=1, **unknown)
+    settings = priority_orca.NO_ORCA._replace(
+        is_used=True, v_opt=v_opt, max_neighbours=1, **unknown
+    )
     stand_ins = {"norm_boundary": open_boundary, "encounter": lambda *_: Number(KIND)}
     add_rows, state = symbolic(priority_orca.add_orca_rows, stand_ins), pair_state(pair_cells())
 
