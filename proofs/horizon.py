@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-import z3
-
 from proofs import apart, boundary, orca_rows
 from proofs.boundary import (
     BOUNDARY,
@@ -48,7 +46,7 @@ _tiny = SMALLEST.as_fraction()
 WITNESSES: Mapping[str, Values] = {
     # Centres closer than any float can tell a direction of: the tie then points anywhere.
     "R > 1e-150 m": {
-        **{P_X: _tiny / 2, P_Y: 0, RADIUS: _tiny / 4, O_X: 0, O_Y: 0, HORIZON: 1, KIND: 0, TIE: 1}
+        P_X: _tiny / 2, P_Y: 0, RADIUS: _tiny / 4, O_X: 0, O_Y: 0, HORIZON: 1, KIND: 0, TIE: 1
     },
     "the discs are apart": CLOSING | {P_X: 1},
     "t > 0": CLOSING | {TIME: -1},
@@ -58,9 +56,7 @@ WITNESSES: Mapping[str, Values] = {
     "": CLOSING,
     "i keeps its row": CLOSING,
 }
-OF_BOTH: Mapping[str, Values] = {
-    key: CLOSING for key in ("pr_i > 0", "pr_j > 0", "j keeps its row")
-}
+OF_BOTH: Mapping[str, Values] = dict.fromkeys(("pr_i > 0", "pr_j > 0", "j keeps its row"), CLOSING)
 
 
 def _prove(

@@ -326,6 +326,36 @@ def robots() -> Proof:
     )
 
 
+@cache
+def passive() -> Proof:
+    """Against a robot that does not cooperate, as long as it does what it is credited with."""
+    row = rows_of(0, cooperative=False)
+    approach = _advance(1)
+    credited = -(E_X * VELOCITY_J[0] + E_Y * VELOCITY_J[1]) * DT
+    moved = P_X + MOVES[1][0] - MOVES[0][0], P_Y + MOVES[1][1] - MOVES[0][1]
+    assumptions = {
+        **PAIR,
+        **STEP,
+        "the row of i is the shipped one": row.ways,
+        "i obeys its row": obeys(row, MOVES[0]),
+        "reach_i >= 0": LIMITS[0] * DT >= 0,
+        "i keeps its speed limit": within(MOVES[0], LIMITS[0] * DT),
+        "j approaches by at most what is credited": z3.Or(
+            approach <= 0, approach <= credited, approach <= PASSIVE * DT
+        ),
+        "j approaches by at most the gap": approach <= GAP,
+    }
+    return prove(
+        "separation.passive",
+        "j approaches by at most max(0, observed, passive_speed dt) and the gap  =>  "
+        "|p + d_j - d_i| >= r_i + r_j + margin",
+        assumptions,
+        z3.And(row.is_defined, moved[0] ** 2 + moved[1] ** 2 >= KEPT_APART**2),
+        using=[_along_e(0), projected().at()],
+        witnesses=_near(assumptions) | {"|e| = 1": NEAR | {E_X: 0}},
+    )
+
+
 LEMMAS = (
     lambda: standing_still(0, cooperative=True),
     lambda: standing_still(1, cooperative=True),
@@ -339,4 +369,5 @@ LEMMAS = (
     budgets_fit,
     projected,
     robots,
+    passive,
 )
