@@ -46,7 +46,14 @@ _tiny = SMALLEST.as_fraction()
 WITNESSES: Mapping[str, Values] = {
     # Centres closer than any float can tell a direction of: the tie then points anywhere.
     "R > 1e-150 m": {
-        P_X: _tiny / 2, P_Y: 0, RADIUS: _tiny / 4, O_X: 0, O_Y: 0, HORIZON: 1, KIND: 0, TIE: 1
+        P_X: _tiny / 2,
+        P_Y: 0,
+        RADIUS: _tiny / 4,
+        O_X: 0,
+        O_Y: 0,
+        HORIZON: 1,
+        KIND: 0,
+        TIE: 1,
     },
     "the discs are apart": CLOSING | {P_X: 1},
     "t > 0": CLOSING | {TIME: -1},

@@ -1,8 +1,8 @@
 """The half-planes of Eq. (15) as `PriorityORCA` writes them for a pair: `add_orca_rows`, run for both robots.
 
 Both slack rules, either leg. The boundary of the velocity obstacle is left open here, as `boundary` has proved what
-matters of it: one robot gets (n, change), and the other, which looks at the same pair from its other side, (-n, change).
-That it does look at the same pair is checked on the arguments; with ``v_opt="own"`` it does not.
+matters of it: one robot gets (n, change), and the other, which looks at the same pair from its other side,
+(-n, change). That it does look at the same pair is checked on the arguments; with ``v_opt="own"`` it does not.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from proofs.solver import TIMEOUT_SECONDS, Shift, find, is_origin, parts_of, ref
 # One formula; or alternatives, one of which is true (the ways through a function): each is gone through alone.
 Assumption: TypeAlias = z3.BoolRef | Sequence[z3.BoolRef]
 Assumptions: TypeAlias = Mapping[str, Assumption]
-Values: TypeAlias = Mapping[z3.ArithRef, int | float | Fraction]
+Values: TypeAlias = dict[z3.ArithRef, int | float | Fraction]
 
 # A counter-example is shown with this many of its numbers.
 MOST_SHOWN = 40

@@ -144,11 +144,23 @@ def along_e() -> Proof:
 
 # A wall across the way, 2 m ahead of a robot of radius 1 m.
 AHEAD: Values = {
-    P_X: 0, P_Y: 0, A_X: 2, A_Y: -1, B_X: 2, B_Y: 1, ROBOT_RADIUS: 1, MARGIN: 0, OWN_MARGIN: 0,
-    HORIZON: 1, E_X: 1, E_Y: 0, DISTANCE: 2, MOVE_Y: 0,
+    P_X: 0,
+    P_Y: 0,
+    A_X: 2,
+    A_Y: -1,
+    B_X: 2,
+    B_Y: 1,
+    ROBOT_RADIUS: 1,
+    MARGIN: 0,
+    OWN_MARGIN: 0,
+    HORIZON: 1,
+    E_X: 1,
+    E_Y: 0,
+    DISTANCE: 2,
+    MOVE_Y: 0,
 }
 WITNESSES: dict[str, Values] = dict.fromkeys(("", *ON_SEGMENT, IS_CLOSEST, *OBEYS), AHEAD)
-for _free, _changed in {
+_CHANGES: dict[str, Values] = {
     "part >= 0": {A_Y: 0, B_X: 4, B_Y: 0},
     "part <= 1": {A_X: 4, A_Y: 0, B_Y: 0},
     IS_CLOSEST: {A_X: 0, A_Y: 0, B_X: 0, B_Y: 0, PART: 0},
@@ -156,8 +168,8 @@ for _free, _changed in {
     "|e| = 1": {E_X: 0.5, DISTANCE: 4, ROBOT_RADIUS: 3},
     "D >= r + margin > 0: clear of the wall": {ROBOT_RADIUS: 3},
     "horizon > 0": {HORIZON: 0, ROBOT_RADIUS: 2},
-}.items():
-    WITNESSES[_free] = {**AHEAD, **_changed}
+}
+WITNESSES |= {key: {**AHEAD, **change} for key, change in _CHANGES.items()}
 
 
 @cache
