@@ -14,7 +14,7 @@ from functools import cache
 import z3
 
 from proofs.apart import parts, supports
-from proofs.prover import Proof, prove
+from proofs.prover import Proof, Values, prove
 from proofs.solver import Shift
 from proofs.symbolic import Number, inverse_of, outcome, symbolic
 from safefilter.constraints.velocity_obstacle import VANISHING, encounter, norm_boundary
@@ -32,6 +32,18 @@ BOUNDARY = outcome("n_x n_y change", lambda: _formula(*map(Number, GIVEN)))
 N_X, N_Y, CHANGE = BOUNDARY.values
 # Offset of the half-plane of relative velocities: it goes through o + change n.
 OFFSET = N_X * O_X + N_Y * O_Y + CHANGE
+# Discs that overlap by 2 m, at rest.
+DEEP: Values = {
+    P_X: 1,
+    P_Y: 0,
+    O_X: 0,
+    O_Y: 0,
+    RADIUS: 3,
+    HORIZON: 1,
+    OVERLAP_TIME: 1,
+    TIE: 1,
+    KIND: 0,
+}
 IS_SHIPPED = "the boundary is the shipped one"
 
 
@@ -80,6 +92,15 @@ def parting() -> Proof:
         },
         z3.And(BOUNDARY.is_defined, parts(N_X, N_Y, P_X, P_Y, RADIUS, OVERLAP_TIME, OFFSET)),
         shifts=[_from_cutoff_centre(OVERLAP_TIME)],
+        witnesses={
+            "": DEEP,
+            "R > 0": {**DEEP, P_X: 0, RADIUS: -1},
+            "T > 0": {**DEEP, OVERLAP_TIME: 0},
+            "the discs overlap or touch": {**DEEP, P_X: 4},
+            "w is zero or longer than 1e-150 m/s": {**DEEP, O_X: 1 + SMALLEST.as_fraction() / 2},
+            "the tie is +1 or -1": {**DEEP, P_X: 0, TIE: 2},
+            IS_SHIPPED: DEEP,
+        },
     )
 
 
@@ -114,4 +135,4 @@ def same_encounter() -> Proof:
     )
 
 
-LEMMAS = (supporting, mirrored, same_encounter)
+LEMMAS = (supporting, parting, mirrored, same_encounter)

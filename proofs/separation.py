@@ -332,8 +332,10 @@ ROW_OF_I = "the row of i is the shipped one"
 
 def _fits_passive(advance_of_i: z3.ArithRef) -> z3.BoolRef:
     """No advance at all, or no more than what is left of the gap after the approach that is credited."""
-    credits = (z3.RealVal(0), CREDITED, PASSIVE * DT)
-    return z3.Or(advance_of_i <= 0, z3.And(*(advance_of_i <= GAP - credit for credit in credits)))
+    approaches = (z3.RealVal(0), CREDITED, PASSIVE * DT)
+    return z3.Or(
+        advance_of_i <= 0, z3.And(*(advance_of_i <= GAP - credited for credited in approaches))
+    )
 
 
 @cache
@@ -353,7 +355,7 @@ def passive_row() -> Proof:
                 z3.And(row_x == 0, row_y == 0, offset == 0, _fits_passive(reach)),
             ),
         ),
-        witnesses=_near(assumptions),
+        witnesses=_near(assumptions) | {"gap >= 0: not overlapping": NEAR | {D: 0, E_X: -1}},
     )
 
 
@@ -376,7 +378,7 @@ def passive_advance() -> Proof:
         z3.And(written.is_defined, _fits_passive(_advance(0))),
         using=[passive_row().at(), _along_e(0)],
         opaque=[ROW_OF_I],
-        witnesses=_near(assumptions),
+        witnesses=_near(assumptions) | {"gap >= 0: not overlapping": NEAR | {D: 0, E_X: -1}},
     )
 
 
