@@ -21,6 +21,7 @@ from proofs import (
     orca_rows,
     responsibilities,
     separation,
+    separation_passive,
     walls,
 )
 from proofs.own_velocity import CounterExample, counter_example
@@ -33,6 +34,7 @@ FAMILIES: tuple[tuple[Callable[[], Proof], ...], ...] = (
     orca_rows.LEMMAS,
     horizon.LEMMAS,
     separation.LEMMAS,
+    separation_passive.LEMMAS,
     walls.LEMMAS,
     arcs.LEMMAS,
     induction.LEMMAS,

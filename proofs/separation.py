@@ -131,7 +131,7 @@ def _room(robot: int) -> z3.BoolRef:
     return ROOMS[robot] * (PRIORITIES[0] + PRIORITIES[1]) == PRIORITIES[robot]
 
 
-def _advance(robot: int) -> z3.ArithRef:
+def advance_of(robot: int) -> z3.ArithRef:
     """How much nearer a robot has come to the other, along the line of centres."""
     sign = 1 if robot == 0 else -1
     return sign * (E_X * MOVES[robot][0] + E_Y * MOVES[robot][1])
@@ -140,10 +140,10 @@ def _advance(robot: int) -> z3.ArithRef:
 def _fits(robot: int) -> z3.BoolRef:
     """A robot uses no more than its room, or no more than what the other cannot cover."""
     spare = GAP - LIMITS[1 - robot] * DT
-    return z3.Or(_advance(robot) <= ROOMS[robot] * GAP, _advance(robot) <= spare)
+    return z3.Or(advance_of(robot) <= ROOMS[robot] * GAP, advance_of(robot) <= spare)
 
 
-def _along_e(robot: int) -> Fact:
+def along_e(robot: int) -> Fact:
     """A robot that keeps its speed limit advances by at most its reach."""
     sign = 1 if robot == 0 else -1
     return apart.at_most_length().at({
@@ -179,7 +179,7 @@ WITNESSES: dict[str, Values] = {
 }
 
 
-def _near(assumptions: Assumptions) -> dict[str, Values]:
+def near(assumptions: Assumptions) -> dict[str, Values]:
     """Where z3 is to look for numbers that show that an assumption is needed."""
     return {key: WITNESSES.get(key, NEAR) for key in ("", *assumptions)}
 
@@ -224,7 +224,7 @@ def row(robot: int) -> Proof:
                 ),
             ),
         ),
-        witnesses=_near(assumptions),
+        witnesses=near(assumptions),
     )
 
 
@@ -239,14 +239,14 @@ def advance(robot: int) -> Proof:
         f"advance <= room_{name} gap, or <= gap - reach_{other}",
         assumptions,
         z3.And(rows_of(robot).is_defined, _fits(robot)),
-        using=[row(robot).at(), _along_e(robot)],
+        using=[row(robot).at(), along_e(robot)],
         opaque=[f"the row of {name} is the shipped one"],
-        witnesses=_near(assumptions),
+        witnesses=near(assumptions),
     )
 
 
 def _keeps_reach(robot: int) -> z3.BoolRef:
-    return _advance(robot) <= LIMITS[robot] * DT
+    return advance_of(robot) <= LIMITS[robot] * DT
 
 
 @cache
@@ -264,7 +264,7 @@ def budgets_fit() -> Proof:
             "i keeps its reach": _keeps_reach(0),
             "j keeps its reach": _keeps_reach(1),
         },
-        _advance(0) + _advance(1) <= GAP,
+        advance_of(0) + advance_of(1) <= GAP,
     )
 
 
@@ -289,7 +289,7 @@ def projected() -> Proof:
         "advances sum to at most the gap  =>  |p + d_j - d_i| >= r_i + r_j + margin",
         {
             **UNIT,
-            "advances sum to at most the gap": _advance(0) + _advance(1) <= GAP,
+            "advances sum to at most the gap": advance_of(0) + advance_of(1) <= GAP,
             "r_i + r_j + margin >= 0": KEPT_APART >= 0,
         },
         moved[0] ** 2 + moved[1] ** 2 >= KEPT_APART**2,
@@ -316,93 +316,13 @@ def robots() -> Proof:
         ),
         using=[
             *(advance(robot).at(IN_PLACE_OF_ROOMS) for robot in (0, 1)),
-            *(_along_e(robot) for robot in (0, 1)),
+            *(along_e(robot) for robot in (0, 1)),
             rooms_exist().at(),
             budgets_fit().at(IN_PLACE_OF_ROOMS),
             projected().at(),
         ],
         opaque=[f"the row of {name} is the shipped one" for name in NAMES],
-        witnesses=_near(assumptions) | {"|e| = 1": NEAR | {E_X: 0}},
-    )
-
-
-CREDITED = -(E_X * VELOCITY_J[0] + E_Y * VELOCITY_J[1]) * DT
-ROW_OF_I = "the row of i is the shipped one"
-
-
-def _fits_passive(advance_of_i: z3.ArithRef) -> z3.BoolRef:
-    """No advance at all, or no more than what is left of the gap after the approach that is credited."""
-    approaches = (z3.RealVal(0), CREDITED, PASSIVE * DT)
-    return z3.Or(
-        advance_of_i <= 0, z3.And(*(advance_of_i <= GAP - credited for credited in approaches))
-    )
-
-
-@cache
-def passive_row() -> Proof:
-    """The row against a robot that does not cooperate credits it with its approach."""
-    written, reach = rows_of(0, cooperative=False), LIMITS[0] * DT
-    row_x, row_y, offset = written.values
-    assumptions = {**PAIR, **STEP, ROW_OF_I: written.ways}
-    return prove(
-        "separation.passive_row",
-        "row = -e, budget <= 0 or gap - max(0, observed, passive_speed dt); or left out: reach is",
-        assumptions,
-        z3.And(
-            written.is_defined,
-            z3.Or(
-                z3.And(row_x == -E_X, row_y == -E_Y, _fits_passive(-offset * DT)),
-                z3.And(row_x == 0, row_y == 0, offset == 0, _fits_passive(reach)),
-            ),
-        ),
-        witnesses=_near(assumptions) | {"gap >= 0: not overlapping": NEAR | {D: 0, E_X: -1}},
-    )
-
-
-@cache
-def passive_advance() -> Proof:
-    """Who obeys its row advances by no more than that."""
-    written = rows_of(0, cooperative=False)
-    assumptions = {
-        **PAIR,
-        **STEP,
-        ROW_OF_I: written.ways,
-        "i obeys its row": obeys(written, MOVES[0]),
-        "reach_i >= 0": LIMITS[0] * DT >= 0,
-        "i keeps its speed limit": within(MOVES[0], LIMITS[0] * DT),
-    }
-    return prove(
-        "separation.passive_advance",
-        "row . d_i >= offset dt, |d_i| <= reach_i  =>  advance <= 0 or gap - max(0, observed, passive_speed dt)",
-        assumptions,
-        z3.And(written.is_defined, _fits_passive(_advance(0))),
-        using=[passive_row().at(), _along_e(0)],
-        opaque=[ROW_OF_I],
-        witnesses=_near(assumptions) | {"gap >= 0: not overlapping": NEAR | {D: 0, E_X: -1}},
-    )
-
-
-@cache
-def passive() -> Proof:
-    """Against a robot that does not cooperate, as long as it does what it is credited with, and not more."""
-    approach = _advance(1)
-    moved = P_X + MOVES[1][0] - MOVES[0][0], P_Y + MOVES[1][1] - MOVES[0][1]
-    assumptions = {
-        **UNIT,
-        "r_i + r_j + margin >= 0": KEPT_APART >= 0,
-        "i advances by at most its budget": _fits_passive(_advance(0)),
-        "j approaches by at most what is credited": z3.Or(
-            approach <= 0, approach <= CREDITED, approach <= PASSIVE * DT
-        ),
-        "j approaches by at most the gap": approach <= GAP,
-    }
-    return prove(
-        "separation.passive",
-        "advance fits, j approaches by at most max(0, observed, passive_speed dt) and the gap  =>  "
-        "|p + d_j - d_i| >= r_i + r_j + margin",
-        assumptions,
-        moved[0] ** 2 + moved[1] ** 2 >= KEPT_APART**2,
-        using=[projected().at()],
+        witnesses=near(assumptions) | {"|e| = 1": NEAR | {E_X: 0}},
     )
 
 
@@ -419,7 +339,4 @@ LEMMAS = (
     budgets_fit,
     projected,
     robots,
-    passive_row,
-    passive_advance,
-    passive,
 )
