@@ -36,7 +36,8 @@ check: $(VENV)/dev-installed ## Style, formatting, types, and who may import who
 # numba hides compiled lines from coverage, so they are interpreted here: heavy tests stay out, and the others draw
 # fewer examples.
 coverage: $(VENV)/dev-installed ## Branch coverage of safefilter, at least 95 %
-	NUMBA_DISABLE_JIT=1 HYPOTHESIS_PROFILE=coverage $(PYTEST) -m 'not stress' --cov --cov-report=term
+	NUMBA_DISABLE_JIT=1 HYPOTHESIS_PROFILE=coverage $(PYTEST) -m 'not stress' --cov --cov-report=term \
+		tests/safefilter tests/integration
 
 bench: $(VENV)/dev-installed ## Time the filter against RVO2 and against other solvers
 	$(BIN)/python -m benchmarks

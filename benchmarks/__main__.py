@@ -9,12 +9,23 @@ from time import perf_counter
 import tyro
 from rich.console import Console
 
-from benchmarks import circle_step, single_decision, start_up, wrappers
+from benchmarks import (
+    circle_step,
+    drive_mappings,
+    drive_step,
+    simulator,
+    single_decision,
+    start_up,
+    wrappers,
+)
 from benchmarks.machine import describe_machine
 from benchmarks.results import FOLDER, Result, as_markdown, as_table, committed_ratios, save
 
 BENCHMARKS: dict[str, Callable[..., Result]] = {
     "circle_step": circle_step.measure,
+    "drive_mappings": drive_mappings.measure,
+    "drive_step": drive_step.measure,
+    "simulator": simulator.measure,
     "single_decision": single_decision.measure,
     "start_up": start_up.measure,
     "wrappers": wrappers.measure,

@@ -97,8 +97,15 @@ def closest_fraction(p_x: float, p_y: float, d_x: float, d_y: float) -> float:
 @formula
 def least_distance(p_x: float, p_y: float, d_x: float, d_y: float) -> float:
     """Least distance of p + s d from the origin over s in [0, 1]."""
+    return math.sqrt(least_distance_squared(p_x, p_y, d_x, d_y))
+
+
+@formula
+def least_distance_squared(p_x: float, p_y: float, d_x: float, d_y: float) -> float:
+    """Square of `least_distance`, in m^2."""
     s = closest_fraction(p_x, p_y, d_x, d_y)
-    return math.hypot(p_x + s * d_x, p_y + s * d_y)
+    x, y = p_x + s * d_x, p_y + s * d_y
+    return x * x + y * y
 
 
 @formula
@@ -107,6 +114,14 @@ def side(  # noqa: PLR0917  # a compiled formula takes plain numbers
 ) -> float:
     """Above zero where p lies to the left of the line from a to b, below zero to the right."""
     return (b_x - a_x) * (p_y - a_y) - (b_y - a_y) * (p_x - a_x)
+
+
+@formula
+def point_distance_squared(wall: Segment, p_x: float, p_y: float) -> float:
+    """Square of the distance of a point from a wall, in m^2."""
+    return least_distance_squared(
+        wall.a_x - p_x, wall.a_y - p_y, wall.b_x - wall.a_x, wall.b_y - wall.a_y
+    )
 
 
 @formula
@@ -133,9 +148,12 @@ def segment_distance(p_x: float, p_y: float, q_x: float, q_y: float, wall: Segme
 
 
 @formula
-def least_path_distance(path: Path, wall: Segment, enough: float) -> float:
-    """Lower bound on the distance of a path from a wall over the step, in m, at most `RESOLUTION` below it.
+def least_path_distance(
+    path: Path, wall: Segment, enough: float, reach: float = 0.0, coarseness: float = 0.0
+) -> float:
+    """Lower bound on the distance of a path from a wall over the step, in m.
 
+    At most `RESOLUTION` below it, or ``coarseness`` times what the distance is beyond ``reach``, whichever is more.
     Distances of ``enough`` and more are not decided any further than that.
     """
     sagitta = largest_sagitta(path)
@@ -148,7 +166,8 @@ def least_path_distance(path: Path, wall: Segment, enough: float) -> float:
         chord = segment_distance(p_x, p_y, q_x, q_y, wall)
         strays = sagitta * width * width
         upper = min(upper, chord + strays)
-        if chord - strays < min(upper - RESOLUTION, enough):
+        accuracy = max(RESOLUTION, coarseness * (upper - reach))
+        if chord - strays < min(upper - accuracy, enough):
             depth, k, width = depth + 1, 2 * k, 0.5 * width
             continue
         least = min(least, chord - strays)

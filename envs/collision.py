@@ -5,19 +5,29 @@ Letters: W worlds, N robots, S walls. SI units; s is a fraction of the step.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from envs.arcs import Path, Segment, first_entry, least_path_distance
+from envs.arcs import point_distance_squared
+from envs.collision_kernel import (
+    CONTACT_TOLERANCE,
+    ContactArrays,
+    StepArrays,
+    judge_robots,
+    judge_walls,
+    wall_of,
+)
 from envs.dynamics import Movement
+from envs.robot_grid_kernel import empty_robot_grid, sort_robots
+from envs.walls import WallArrays, WallMap
+from envs.world import World, over_worlds
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import kernel
-from safefilter.threads import over_ranges
 
-# Discs may start exactly touching. Coordinates of kilometres are rounded to 1e-13 m; a nanometre is no rounding.
-CONTACT_TOLERANCE = 1e-9
-NO_WALLS: FloatArray = np.zeros((0, 2, 2))
+__all__ = ["CONTACT_TOLERANCE", "Bodies", "Contacts", "find_contacts", "start_clearances"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,13 +38,15 @@ class Bodies:
         radius: Shape (W, N), in m.
         present: Shape (W, N): robots with a body.
         wrecked: Shape (W, N): robots that have collided before; two of them are not judged again, nor one and a wall.
-        walls: Segments, the same in all worlds, shape (S, 2, 2), in m.
+        walls: Walls of each world.
+        person: Shape (W, N): people, who look after each other and after walls themselves; None: nobody.
     """
 
     radius: FloatArray
     present: BoolArray
     wrecked: BoolArray
-    walls: FloatArray
+    walls: WallMap
+    person: BoolArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +55,8 @@ class Contacts:
 
     Attributes:
         clearance: Least free distance of each robot to any other during the step, shape (W, N), in m; negative is
-            how deep discs would have entered each other, inf is nobody there. A lower bound, up to 0.5e-9 m below.
+            how deep discs would have entered each other, inf is nobody within the horizon. A lower bound, at most
+            0.5e-9 m below, or a twentieth of it, whichever is more.
         wall_clearance: The same to the nearest wall.
         touched: Shape (W, N): entered another robot.
         hit_wall: Shape (W, N): entered a wall.
@@ -57,6 +70,18 @@ class Contacts:
     hit_wall: BoolArray
     fraction: FloatArray
     num_pairs: IntArray
+
+    @property
+    def arrays(self) -> ContactArrays:
+        """For kernels, which write to them."""
+        return ContactArrays(
+            self.clearance,
+            self.wall_clearance,
+            self.touched,
+            self.hit_wall,
+            self.fraction,
+            self.num_pairs,
+        )
 
     @classmethod
     def none(cls, num_worlds: int, num_robots: int) -> Contacts:
@@ -72,7 +97,13 @@ class Contacts:
         )
 
 
-def find_contacts(position: FloatArray, movement: Movement, bodies: Bodies) -> Contacts:
+def find_contacts(
+    position: FloatArray,
+    movement: Movement,
+    bodies: Bodies,
+    *,
+    horizon: float = np.inf,
+) -> Contacts:
     """Judge one step of every pair of robots, and of every robot and wall, in every world.
 
     All are judged on the whole movement asked for, also where a robot is stopped by an earlier contact.
@@ -81,124 +112,96 @@ def find_contacts(position: FloatArray, movement: Movement, bodies: Bodies) -> C
         position: Centres at the start of the step, shape (W, N, 2), in m.
         movement: Movements during the step.
         bodies: Robots and walls.
+        horizon: Free distance at the start up to which clearances are reported, in m. Contacts are found anyway.
     """
     num_worlds, num_robots = bodies.radius.shape
     contacts = Contacts.none(num_worlds, num_robots)
+    step = StepArrays(
+        position=position,
+        displacement=movement.displacement,
+        turn=movement.turn,
+        travel=np.hypot(movement.displacement[..., 0], movement.displacement[..., 1]),
+        radius=bodies.radius,
+        present=bodies.present,
+        wrecked=bodies.wrecked,
+        person=np.zeros_like(bodies.present) if bodies.person is None else bodies.person,
+    )
 
     def judge(first: int, last: int) -> None:
-        _judge_pairs(
-            first,
-            last,
-            position,
-            movement.displacement,
-            movement.turn,
-            bodies.radius,
-            bodies.present,
-            bodies.wrecked,
-            contacts.clearance,
-            contacts.touched,
-            contacts.fraction,
-            contacts.num_pairs,
-        )
-        _judge_walls(
-            first,
-            last,
-            position,
-            movement.displacement,
-            movement.turn,
-            bodies.radius,
-            bodies.present & ~bodies.wrecked,
-            bodies.walls,
-            contacts.wall_clearance,
-            contacts.hit_wall,
-            contacts.fraction,
-        )
+        _judge(first, last, step, contacts.arrays, bodies.walls.arrays, horizon)
 
-    over_ranges(judge, num_worlds)
+    over_worlds(judge, num_worlds, num_robots)
     return contacts
 
 
+def start_clearances(world: World, worlds: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+    """Free distances of robots that stand still.
+
+    Args:
+        world: State.
+        worlds: Worlds to look at, K of them.
+
+    Returns:
+        To the nearest other robot, and to the nearest wall, each of shape (K, N), in m; negative is how deep they are
+        in each other, inf is nobody there.
+    """
+    to_robot = np.full((len(worlds), world.num_robots), np.inf)
+    to_wall = to_robot.copy()
+    _start_clearances(
+        np.array(worlds, dtype=np.int64),
+        world.position,
+        world.radius,
+        world.present,
+        world.walls.arrays,
+        to_robot,
+        to_wall,
+    )
+    return to_robot, to_wall
+
+
 @kernel
-def _judge_pairs(  # noqa: PLR0917  # a kernel takes arrays, not records
-    first_world: int,
-    last_world: int,
+def _start_clearances(  # noqa: PLR0917  # a kernel takes arrays, not records
+    worlds: IntArray,
     position: FloatArray,
-    displacement: FloatArray,
-    turn: FloatArray,
     radius: FloatArray,
     present: BoolArray,
-    wrecked: BoolArray,
-    clearance: FloatArray,
-    touched: BoolArray,
-    fraction: FloatArray,
-    num_pairs: IntArray,
+    walls: WallArrays,
+    to_robot: FloatArray,
+    to_wall: FloatArray,
 ) -> None:
-    point = Segment(0.0, 0.0, 0.0, 0.0)
-    num_robots = radius.shape[1]
-    for w in range(first_world, last_world):
-        for i in range(num_robots):
-            for j in range(i + 1, num_robots):
-                if not (present[w, i] and present[w, j]) or (wrecked[w, i] and wrecked[w, j]):
-                    continue
-                path = Path(
-                    position[w, j, 0] - position[w, i, 0],
-                    position[w, j, 1] - position[w, i, 1],
-                    displacement[w, j, 0],
-                    displacement[w, j, 1],
-                    turn[w, j],
-                    displacement[w, i, 0],
-                    displacement[w, i, 1],
-                    turn[w, i],
+    for row in range(len(worlds)):
+        w = worlds[row]
+        for i in range(radius.shape[1]):
+            if not present[w, i]:
+                continue
+            for j in range(i):
+                if present[w, j]:
+                    x, y = (
+                        position[w, i, 0] - position[w, j, 0],
+                        position[w, i, 1] - position[w, j, 1],
+                    )
+                    gap = math.sqrt(x * x + y * y) - radius[w, i] - radius[w, j]
+                    to_robot[row, i] = min(to_robot[row, i], gap)
+                    to_robot[row, j] = min(to_robot[row, j], gap)
+            for s in range(walls.num_walls[w]):
+                squared = point_distance_squared(
+                    wall_of(walls, w, s), position[w, i, 0], position[w, i, 1]
                 )
-                reach = radius[w, i] + radius[w, j]
-                # What is further than both robots' least clearance so far need not be known exactly.
-                enough = reach + max(0.0, clearance[w, i], clearance[w, j])
-                gap = least_path_distance(path, point, enough) - reach
-                clearance[w, i] = min(clearance[w, i], gap)
-                clearance[w, j] = min(clearance[w, j], gap)
-                if gap < -CONTACT_TOLERANCE:
-                    s = first_entry(path, point, reach)
-                    num_pairs[w] += 1
-                    touched[w, i] = True
-                    touched[w, j] = True
-                    fraction[w, i] = min(fraction[w, i], s)
-                    fraction[w, j] = min(fraction[w, j], s)
+                to_wall[row, i] = min(to_wall[row, i], math.sqrt(squared) - radius[w, i])
 
 
 @kernel
-def _judge_walls(  # noqa: PLR0917  # a kernel takes arrays, not records
+def _judge(  # noqa: PLR0917  # a kernel takes arrays, not records
     first_world: int,
     last_world: int,
-    position: FloatArray,
-    displacement: FloatArray,
-    turn: FloatArray,
-    radius: FloatArray,
-    judged: BoolArray,
-    walls: FloatArray,
-    clearance: FloatArray,
-    hit: BoolArray,
-    fraction: FloatArray,
+    step: StepArrays,
+    contacts: ContactArrays,
+    walls: WallArrays,
+    horizon: float,
 ) -> None:
+    grid = empty_robot_grid(step.radius.shape[1])
+    squared = np.empty(walls.entry.shape[1])
     for w in range(first_world, last_world):
-        for i in range(radius.shape[1]):
-            if not judged[w, i]:
-                continue
-            path = Path(
-                position[w, i, 0],
-                position[w, i, 1],
-                displacement[w, i, 0],
-                displacement[w, i, 1],
-                turn[w, i],
-                0.0,
-                0.0,
-                0.0,
-            )
-            reach = radius[w, i]
-            for k in range(len(walls)):
-                wall = Segment(walls[k, 0, 0], walls[k, 0, 1], walls[k, 1, 0], walls[k, 1, 1])
-                enough = reach + max(0.0, clearance[w, i])
-                gap = least_path_distance(path, wall, enough) - reach
-                clearance[w, i] = min(clearance[w, i], gap)
-                if gap < -CONTACT_TOLERANCE:
-                    hit[w, i] = True
-                    fraction[w, i] = min(fraction[w, i], first_entry(path, wall, reach))
+        sort_robots(grid, w, step.position, step.present)
+        judge_robots(step, contacts, grid, w, horizon)
+        judge_walls(step, contacts, walls, w, horizon, squared)

@@ -5,12 +5,15 @@ Letters: W worlds, N robots. SI units, rad.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from safefilter.arrays import FloatArray
+from envs.arcs import arc_point
+from safefilter.arrays import BoolArray, FloatArray
+from safefilter.jit import formula, kernel
 
 Kinematics = Literal["holonomic", "differential"]
 """Actions of holonomic robots are velocities in world axes; of differential drives commands (v, w)."""
@@ -33,6 +36,30 @@ class Movement:
     turn_rate: FloatArray
     dt: float
 
+    @classmethod
+    def of(  # noqa: PLR0917  # what a robot is
+        cls,
+        action: FloatArray,
+        heading: FloatArray,
+        drives: BoolArray,
+        v_max: FloatArray,
+        omega_max: FloatArray,
+        dt: float,
+    ) -> Movement:
+        """Movements that actions ask for, as far as motors deliver them.
+
+        Args:
+            action: Velocities in m/s, or commands (v, w) in m/s and rad/s of differential drives, shape (W, N, 2).
+            heading: At the start of the step, shape (W, N), in rad.
+            drives: Shape (W, N): is a differential drive.
+            v_max: Greatest speeds, shape (W, N), in m/s.
+            omega_max: Greatest turn rates, shape (W, N), in rad/s.
+            dt: Duration of the step, in s.
+        """
+        velocity, turn_rate = np.empty(action.shape), np.empty(heading.shape)
+        _movements(action, heading, drives, v_max, omega_max, velocity, turn_rate)
+        return cls(velocity, turn_rate, dt)
+
     @property
     def displacement(self) -> FloatArray:
         """Where robots would get to if they did not turn, shape (W, N, 2), in m."""
@@ -46,7 +73,9 @@ class Movement:
     @property
     def mean_velocity(self) -> FloatArray:
         """Displacement of the whole step over its duration, shape (W, N, 2), in m/s."""
-        return _chord(self.velocity, self.turn)
+        mean = np.empty(self.velocity.shape)
+        _arc_points(self.velocity, self.turn, np.ones(self.turn_rate.shape), mean)
+        return mean
 
     def after(self, fraction: FloatArray) -> FloatArray:
         """Displacement after a part of the step.
@@ -57,71 +86,72 @@ class Movement:
         Returns:
             Shape (W, N, 2), in m.
         """
-        return fraction[..., np.newaxis] * _chord(self.displacement, fraction * self.turn)
+        way = np.empty(self.velocity.shape)
+        _arc_points(self.displacement, self.turn, fraction, way)
+        return way
 
 
-def _chord(arc: FloatArray, turn: FloatArray) -> FloatArray:
-    """Chords of arcs that start along ``arc`` and are as long: sin(a / 2) / (a / 2) times that, turned by a / 2."""
-    half = 0.5 * turn
-    part = np.sinc(half / np.pi)
-    cosine, sine = np.cos(half), np.sin(half)
-    x, y = arc[..., 0], arc[..., 1]
-    turned = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
-    return np.asarray(part[..., np.newaxis] * turned)
+@formula
+def executable_velocity(x: float, y: float, v_max: float) -> tuple[float, float]:
+    """Velocity that the motors deliver: the one asked for, or its direction at full speed where that is less.
 
-
-def executable_velocity(command: FloatArray, v_max: FloatArray) -> FloatArray:
-    """Velocity that the motors deliver: the command, or its direction at full speed where it asks for more.
-
-    Shortening towards zero is the one limit that keeps a certified command certified: budgets are half-planes that
+    Shortening towards zero is the one limit that keeps a certified velocity certified: budgets are half-planes that
     contain zero.
-
-    Args:
-        command: Shape (..., 2), in m/s.
-        v_max: Greatest speeds, shape (...), in m/s.
-
-    Returns:
-        Shape (..., 2), in m/s.
     """
-    speed = np.hypot(command[..., 0], command[..., 1])
-    factor = np.ones_like(speed)
-    np.divide(v_max, speed, out=factor, where=speed > v_max * (1.0 + SPEED_ROUNDING))
-    return command * factor[..., np.newaxis]
+    speed = math.hypot(x, y)
+    if speed <= v_max * (1.0 + SPEED_ROUNDING):
+        return x, y
+    factor = v_max / speed
+    return factor * x, factor * y
 
 
-def executable_command(command: FloatArray, v_max: FloatArray, omega_max: FloatArray) -> FloatArray:
-    """Command (v, w) that the motors of a differential drive deliver: each part within its own limits.
-
-    Args:
-        command: Shape (..., 2), in m/s and rad/s.
-        v_max: Greatest speeds, shape (...), in m/s; drives do not go backwards.
-        omega_max: Greatest turn rates, shape (...), in rad/s.
-
-    Returns:
-        Shape (..., 2), in m/s and rad/s.
-    """
+@formula
+def executable_command(v: float, w: float, v_max: float, omega_max: float) -> tuple[float, float]:
+    """Command (v, w) that the motors of a differential drive deliver: each part within its own limits, v from 0."""
     fastest, sharpest = v_max * (1.0 + SPEED_ROUNDING), omega_max * (1.0 + SPEED_ROUNDING)
-    speed = np.clip(command[..., 0], 0.0, fastest)
-    return np.stack([speed, np.clip(command[..., 1], -sharpest, sharpest)], axis=-1)
+    return min(max(v, 0.0), fastest), min(max(w, -sharpest), sharpest)
 
 
-def straight_movement(velocity: FloatArray, dt: float) -> Movement:
-    """Movement of holonomic robots.
+@formula
+def start_motion(  # noqa: PLR0917  # a compiled formula takes plain numbers
+    x: float, y: float, heading: float, drives: bool, v_max: float, omega_max: float
+) -> tuple[float, float, float]:
+    """Velocity (2) and turn rate at the start of the step, of a robot that is told (x, y)."""
+    if not drives:
+        v_x, v_y = executable_velocity(x, y, v_max)
+        return v_x, v_y, 0.0
+    v, w = executable_command(x, y, v_max, omega_max)
+    return v * math.cos(heading), v * math.sin(heading), w
 
-    Args:
-        velocity: Shape (W, N, 2), in m/s.
-        dt: Duration of the step, in s.
-    """
-    return Movement(velocity, np.zeros(velocity.shape[:-1]), dt)
+
+@kernel
+def _movements(  # noqa: PLR0917  # a kernel takes arrays, not records
+    action: FloatArray,
+    heading: FloatArray,
+    drives: BoolArray,
+    v_max: FloatArray,
+    omega_max: FloatArray,
+    velocity: FloatArray,
+    turn_rate: FloatArray,
+) -> None:
+    for w in range(heading.shape[0]):
+        for i in range(heading.shape[1]):
+            velocity[w, i, 0], velocity[w, i, 1], turn_rate[w, i] = start_motion(
+                action[w, i, 0],
+                action[w, i, 1],
+                heading[w, i],
+                drives[w, i],
+                v_max[w, i],
+                omega_max[w, i],
+            )
 
 
-def arc_movement(command: FloatArray, heading: FloatArray, dt: float) -> Movement:
-    """Movement of differential drives.
-
-    Args:
-        command: (v, w), shape (W, N, 2), in m/s and rad/s.
-        heading: At the start of the step, shape (W, N), in rad.
-        dt: Duration of the step, in s.
-    """
-    ahead = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-    return Movement(command[..., :1] * ahead, command[..., 1], dt)
+@kernel
+def _arc_points(
+    start: FloatArray, turn: FloatArray, fraction: FloatArray, reached: FloatArray
+) -> None:
+    for w in range(turn.shape[0]):
+        for i in range(turn.shape[1]):
+            reached[w, i, 0], reached[w, i, 1] = arc_point(
+                start[w, i, 0], start[w, i, 1], turn[w, i], fraction[w, i]
+            )

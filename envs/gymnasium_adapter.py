@@ -16,16 +16,10 @@ import numpy.typing as npt
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from envs.navigation import Navigation
-from envs.observation import observation_size, observe
-from envs.outcome import Outcome
+from envs.observation_layout import ObservationLayout
 from envs.recording import Recorder
-from envs.reward import (
-    RewardWeights,
-    dynamic_collision,
-    moving_forward,
-    passing_time,
-    reaching_goal,
-)
+from envs.reward import Reward, RewardWeights
+from envs.reward_tracker import RewardTracker
 from envs.rules import Rules
 from envs.scenarios import Scenario
 from envs.steering import steer
@@ -46,12 +40,12 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     Action of a holonomic robot: velocity in world axes, shape (2,), in m/s, each part within [-v_max, v_max]; faster
     than v_max along the diagonal is executed at v_max. Action of a differential drive: command (v, w), shape (2,),
-    in m/s and rad/s, v within [0, v_max] and w within [-omega_max, omega_max]. Observation: see `envs.observation`,
-    shape (7 + 8 k,), in [-1, 1]. Reward: see `envs.reward`. An episode terminates when the learner arrives or collides,
-    and is truncated at the time limit.
+    in m/s and rad/s, v within [0, v_max] and w within [-omega_max, omega_max]. Observation: see
+    `envs.observation_layout`, shape (F,), in [-1, 1]. Reward: see `envs.reward`. An episode terminates when the learner
+    arrives or collides, and is truncated at the time limit.
 
     ``info`` holds ``clearance`` and ``wall_clearance`` (least free distance to any other robot, and to any wall,
-    during the step, in m), ``arrived`` and ``collided``.
+    during the step, in m), ``arrived`` and ``collided``; after a step also ``reward_...``, its terms by name.
 
     Attributes:
         navigation: The world, with the learner as robot 0.
@@ -68,7 +62,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         rules: Rules | None = None,
         others: Act = lambda world, _: steer(world, world.preferred_velocity()),
         others_filter: SafetyFilter | None = None,
-        num_neighbours: int = 5,
+        layout: ObservationLayout | None = None,
         weights: RewardWeights | None = None,
         render_mode: str | None = None,
     ) -> None:
@@ -82,7 +76,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             rules: Rules of the episode.
             others: What the other robots do; by default they go straight to their goals.
             others_filter: Filter of the other cooperative robots; None executes their actions as they are.
-            num_neighbours: Number of neighbours k in the observation.
+            layout: Which blocks the observation has; by default 5 neighbours and 36 beams.
             weights: Weights of the reward.
             render_mode: ``"rgb_array"`` or None.
         """
@@ -90,15 +84,14 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         fleet = fleet if kinematics is None else replace(fleet, kinematics=kinematics)
         if others_filter is None:
             fleet = _only_learner_cooperates(fleet)
-        self.navigation = Navigation(scenario, fleet, rules)
+        self.navigation = Navigation(scenario, fleet, rules, layout=layout)
         self.render_mode = render_mode
         self._others = others
         self._others_filter = others_filter
-        self._num_neighbours = num_neighbours
-        self._weights = RewardWeights() if weights is None else weights
+        self._tracker = RewardTracker(weights)
         self.action_space = _action_space(fleet)
         self.observation_space = gymnasium.spaces.Box(
-            -1.0, 1.0, (observation_size(num_neighbours),), np.float32
+            -1.0, 1.0, (self.navigation.observer.layout.size,), np.float32
         )
 
     def reset(
@@ -113,9 +106,7 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         super().reset(seed=seed, options=options)
         self.navigation.reset(int(self.np_random.integers(2**31)))
         navigation = self.navigation
-        self._recorder = Recorder(
-            navigation.world, 0, navigation.rules.dt, walls=navigation.scenario.walls
-        )
+        self._recorder = Recorder(navigation.world, 0, navigation.rules.dt)
         return self._observation(), _info(np.inf, np.inf, arrived=False, collided=False)
 
     def step(
@@ -130,23 +121,24 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             Observation, reward, terminated, truncated, info.
         """
         world = self.navigation.world
-        before = world.position[0, LEARNER].copy()
+        self._tracker.remember(world)
         actions = self._actions_of_others()
         actions[0, LEARNER] = action
         outcome = self.navigation.step(actions)
         if self.render_mode is not None:
             self._recorder.record()
         arrived, collided = bool(outcome.arrived[0, LEARNER]), bool(outcome.collided[0, LEARNER])
-        reward = self._reward(before, outcome)
+        reward = self._tracker.reward(world, outcome)
         info = _info(
             float(outcome.clearance[0, LEARNER]),
             float(outcome.wall_clearance[0, LEARNER]),
             arrived=arrived,
             collided=collided,
         )
+        info |= _paid(reward)
         return (
             self._observation(),
-            reward,
+            float(reward.total[0, LEARNER]),
             arrived or collided,
             bool(outcome.timed_out[0]),
             info,
@@ -181,21 +173,8 @@ class OneLearner(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return wanted
 
     def _observation(self) -> Observation:
-        observation: Observation = observe(
-            self.navigation.world, self._num_neighbours, self.navigation.rules.sensing_range
-        )[0, LEARNER]
+        observation: Observation = self.navigation.observe()[0, LEARNER]
         return observation
-
-    def _reward(self, before: FloatArray, outcome: Outcome) -> float:
-        world, weights = self.navigation.world, self._weights
-        after, goal = world.position[0, LEARNER], world.goal[0, LEARNER]
-        terms = (
-            moving_forward(before, after, goal, weights.forward),
-            dynamic_collision(outcome.collided[0, LEARNER], weights.collision),
-            reaching_goal(outcome.arrived[0, LEARNER], weights.goal),
-            passing_time(np.ones((), dtype=np.bool_), weights.time),
-        )
-        return float(sum(terms))
 
 
 def _only_learner_cooperates(fleet: Fleet) -> Fleet:
@@ -222,3 +201,8 @@ def _info(
         "arrived": arrived,
         "collided": collided,
     }
+
+
+def _paid(reward: Reward) -> dict[str, float]:
+    """Terms of the learner, as plain numbers: vector environments gather them in arrays."""
+    return {f"reward_{name}": float(term[0, LEARNER]) for name, term in reward.by_name().items()}

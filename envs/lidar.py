@@ -1,6 +1,6 @@
 """Lidar: what beams from each robot's centre hit first, walls or robots.
 
-Letters: W worlds, N robots a world, K beams, S walls. m, rad.
+Letters: W worlds, N robots a world, K beams. m, rad.
 """
 
 from __future__ import annotations
@@ -9,31 +9,43 @@ import math
 
 import numpy as np
 
-from envs.world import World
-from safefilter.arrays import BoolArray, FloatArray
-from safefilter.jit import formula, kernel
-from safefilter.threads import over_ranges
+from envs.lidar_kernel import Beams, paint_robots, paint_walls, read_range
+from envs.noise_kernel import noisy_range
+from envs.robot_grid_kernel import empty_robot_grid, sort_robots
+from envs.sensing import Sensing
+from envs.walls import WallArrays
+from envs.world import World, over_worlds
+from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.jit import kernel
 
-# Of a segment's length: beams find no gap between two walls that share an end.
-END_SLACK = 1e-9
+PERFECT = Sensing()
 
 
 def cast_beams(
-    world: World, walls: FloatArray, num_beams: int, greatest_range: float
+    world: World,
+    num_beams: int,
+    greatest_range: float,
+    *,
+    sensing: Sensing = PERFECT,
+    worlds: slice = slice(None),
 ) -> FloatArray:
     """Scan once round, counterclockwise from each robot's heading.
 
     Args:
         world: State.
-        walls: Shape (S, 2, 2), in m.
         num_beams: Number of beams K, evenly spaced.
         greatest_range: Distance up to which beams come back, in m.
+        sensing: Noise and drop-out of beams.
+        worlds: Worlds to look at; of all others nothing comes back.
 
     Returns:
         Distances from the centres, shape (W, N, K), in m; infinite where nothing came back, and for robots that
         are gone.
     """
     ranges = np.full((world.num_worlds, world.num_robots, num_beams), np.inf)
+    if num_beams == 0:
+        return ranges
+    beams = Beams.evenly(num_beams)
 
     def cast(first: int, last: int) -> None:
         _cast(
@@ -43,40 +55,19 @@ def cast_beams(
             world.heading,
             world.radius,
             world.present,
-            np.ascontiguousarray(walls),
+            world.walls.arrays,
+            beams,
             greatest_range,
+            sensing.lidar_noise,
+            sensing.beam_dropout,
+            world.seed,
+            world.step_count,
             ranges,
         )
 
-    over_ranges(cast, world.num_worlds)
+    first, stop, _ = worlds.indices(world.num_worlds)
+    over_worlds(lambda start, end: cast(first + start, first + end), stop - first, world.num_robots)
     return ranges
-
-
-@formula
-def distance_to_disc(p_x: float, p_y: float, u_x: float, u_y: float, radius: float) -> float:
-    """Distance along the unit vector u to a disc around p, in m; infinite if the beam misses it, 0 inside."""
-    ahead, beside = p_x * u_x + p_y * u_y, p_x * u_y - p_y * u_x
-    if p_x * p_x + p_y * p_y <= radius * radius:
-        return 0.0
-    if ahead < 0.0 or abs(beside) > radius:
-        return math.inf
-    return ahead - math.sqrt(radius * radius - beside * beside)
-
-
-@formula
-def distance_to_segment(  # noqa: PLR0917  # a compiled formula takes plain numbers
-    a_x: float, a_y: float, b_x: float, b_y: float, u_x: float, u_y: float
-) -> float:
-    """Distance from the origin along the unit vector u to a segment, in m; infinite if the beam misses it."""
-    w_x, w_y = b_x - a_x, b_y - a_y
-    across = u_x * w_y - u_y * w_x
-    if across == 0.0:
-        return math.inf  # along the wall: the walls that it ends at are hit instead
-    part = (a_x * u_y - a_y * u_x) / across
-    distance = (a_x * w_y - a_y * w_x) / across
-    if distance < 0.0 or part < -END_SLACK or part > 1.0 + END_SLACK:
-        return math.inf
-    return distance
 
 
 @kernel
@@ -87,33 +78,47 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
     heading: FloatArray,
     radius: FloatArray,
     present: BoolArray,
-    walls: FloatArray,
+    walls: WallArrays,
+    beams: Beams,
     greatest_range: float,
+    noise: float,
+    dropout: float,
+    seed: IntArray,
+    step_count: IntArray,
     ranges: FloatArray,
 ) -> None:
     num_robots, num_beams = ranges.shape[1], ranges.shape[2]
+    grid = empty_robot_grid(num_robots)
+    nearness = np.empty(2 * num_beams)
+    stamp = np.full(walls.segment.shape[1], -1)
     for w in range(first_world, last_world):
+        sort_robots(grid, w, position, present)
+        largest_radius = radius[w].max()
         for i in range(num_robots):
             if not present[w, i]:
                 continue
-            x, y = position[w, i]
+            nearness[:] = 0.0
+            x, y = position[w, i, 0], position[w, i, 1]
+            cosine, sine = math.cos(heading[w, i]), math.sin(heading[w, i])
+            number = w * num_robots + i
+            paint_walls(
+                nearness, beams, walls, w, x, y, cosine, sine, greatest_range, stamp, number
+            )
+            paint_robots(
+                nearness,
+                beams,
+                grid,
+                position,
+                radius,
+                largest_radius,
+                w,
+                i,
+                cosine,
+                sine,
+                greatest_range,
+            )
             for k in range(num_beams):
-                angle = heading[w, i] + k * (2.0 * math.pi / num_beams)
-                u_x, u_y = math.cos(angle), math.sin(angle)
-                nearest = math.inf
-                for s in range(len(walls)):
-                    hit = distance_to_segment(
-                        walls[s, 0, 0] - x,
-                        walls[s, 0, 1] - y,
-                        walls[s, 1, 0] - x,
-                        walls[s, 1, 1] - y,
-                        u_x,
-                        u_y,
-                    )
-                    nearest = min(nearest, hit)
-                for j in range(num_robots):
-                    if j != i and present[w, j]:
-                        p_x, p_y = position[w, j, 0] - x, position[w, j, 1] - y
-                        nearest = min(nearest, distance_to_disc(p_x, p_y, u_x, u_y, radius[w, j]))
-                if nearest <= greatest_range:
-                    ranges[w, i, k] = nearest
+                distance = read_range(nearness, k, num_beams, greatest_range)
+                ranges[w, i, k] = noisy_range(
+                    distance, noise, dropout, greatest_range, seed[w], step_count[w], i, k
+                )

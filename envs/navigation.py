@@ -5,26 +5,30 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import numpy.typing as npt
 
-from envs.collision import CONTACT_TOLERANCE, Bodies, Contacts, find_contacts
-from envs.dynamics import (
-    Movement,
-    arc_movement,
-    executable_command,
-    executable_velocity,
-    straight_movement,
-)
+from envs.collision import CONTACT_TOLERANCE, start_clearances
+from envs.crowd import Crowd, Crowded
+from envs.crowd_kernel import Gait, walk_worlds
+from envs.dynamics import Movement
 from envs.fleet import Fleet
 from envs.lidar import cast_beams
+from envs.observation import Observer
+from envs.observation_layout import ObservationLayout, Observations
 from envs.outcome import Outcome
-from envs.rules import AfterArrival, Rules
-from envs.scenarios import Scenario
-from envs.world import World
-from safefilter.arrays import BoolArray, FloatArray, finite_array
+from envs.rules import Rules
+from envs.scenarios import Placement, Scenario
+from envs.sensing import Sensing
+from envs.step_kernel import Motion, step_worlds
+from envs.walls import WallMap
+from envs.world import World, over_worlds
+from safefilter.arrays import FloatArray, finite_array, require_positive
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
+from safefilter.outlines import OwnWalls
 from safefilter.scene import Scene
 
 
@@ -36,6 +40,7 @@ class Navigation:
         fleet: What they are.
         rules: What a step is, and what becomes of robots that arrive.
         world: The state; read it, but let only this class write to it.
+        observer: What robots know of it.
     """
 
     def __init__(
@@ -45,6 +50,8 @@ class Navigation:
         rules: Rules | None = None,
         *,
         num_worlds: int = 1,
+        layout: ObservationLayout | None = None,
+        sensing: Sensing | None = None,
     ) -> None:
         """Lay out the arrays; nobody is placed before `reset`.
 
@@ -53,6 +60,8 @@ class Navigation:
             fleet: What the robots are; by default all are Turtlebots of priority 1.
             rules: Rules of the episode.
             num_worlds: Number of worlds W.
+            layout: Which blocks observations have; by default 5 neighbours and 36 beams.
+            sensing: How well robots sense; by default perfectly.
 
         Raises:
             OutOfRange: If there is no world.
@@ -69,7 +78,19 @@ class Navigation:
                 f"the fleet has {self.fleet.num_robots}"
             )
         self.world = World.empty(num_worlds, self.fleet)
-        self._walls = np.ascontiguousarray(scenario.walls)
+        shape = self.world.position.shape
+        self._motion = Motion(
+            np.zeros(shape), np.zeros(shape), np.zeros(shape[:2]), np.zeros(shape[:2])
+        )
+        self._crowd = _crowd_of(scenario)
+        self._gait = Gait(np.zeros(shape[:2], dtype=np.bool_), np.zeros(shape[:2]))
+        if self._crowd is not None:
+            self.world.person[...] = self._crowd.flags(shape[1])
+        self._cooperates = self.fleet.cooperative & ~self.world.person[0]
+        self.observer = Observer(self.world, self.rules, layout, sensing)
+        self._settings = self.rules.settings(drives=self.world.is_differential)
+        # Another moment's walls: nothing is kept yet.
+        self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
 
     def reset(self, seed: int | None = None, *, worlds: npt.ArrayLike = True) -> None:
@@ -84,18 +105,29 @@ class Navigation:
 
         Raises:
             InvalidInput: If the scenario places two robots into each other, or one into a wall.
+            ShapeError: If it places another number of robots, or an array of it has another shape.
+            NotFinite: If a number of it is NaN or infinite.
+            OutOfRange: If a speed or priority of it is not above zero.
         """
-        for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))):
+        walls: dict[int, FloatArray] = {}
+        for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))).tolist():
             if seed is not None:
-                self._generators[w] = np.random.default_rng([seed, int(w)])
-            self._place(int(w))
-        self._require_apart()
+                self._generators[w] = np.random.default_rng([seed, w])
+            placement = self.scenario.place(self._generators[w])
+            self._place(w, placement)
+            walls[w] = placement.walls
+        self.world.walls.replace(walls)
+        chosen = np.zeros(self.world.present.shape, dtype=np.bool_)
+        chosen[list(walls)] = True
+        self.observer.restart(chosen)
+        self._require_apart(list(walls))
 
     def step(self, actions: npt.ArrayLike) -> Outcome:
         """Move all robots for one step.
 
-        Robots that have collided stand still whatever they are told, and so do parked ones. Velocities faster than
-        a holonomic robot are executed at full speed in the same direction, commands beyond a drive's limits at them.
+        People go their own way. Robots that have collided stand still whatever they are told, and so do parked ones.
+        Velocities faster than a holonomic robot are executed at full speed in the same direction, commands beyond a
+        drive's limits at them.
 
         Args:
             actions: Velocities in m/s or commands (v, w) in m/s and rad/s, shape (W, N, 2).
@@ -105,27 +137,29 @@ class Navigation:
             NotFinite: If an action is NaN or infinite.
         """
         world = self.world
-        commands = finite_array(actions, "actions", world.position.shape)
-        commands[~self._can_move()] = 0.0
-        movement = self._movement(commands)
-        contacts = find_contacts(world.position, movement, self._bodies())
-        world.position[...] += movement.after(contacts.fraction)
-        world.heading[...] = _wrapped(world.heading + contacts.fraction * movement.turn)
-        world.velocity[...] = movement.mean_velocity
-        world.step_count[...] += 1
-        collided = self._stop_collided(contacts)
-        arrived = self._mark_arrivals()
-        return Outcome(
-            clearance=contacts.clearance,
-            wall_clearance=contacts.wall_clearance,
-            collided=collided,
-            hit_robot=contacts.touched,
-            hit_wall=contacts.hit_wall,
-            arrived=arrived,
-            num_contacts=contacts.num_pairs,
-            over=np.logical_not(world.active.any(axis=1)),
-            timed_out=world.step_count >= self.rules.max_steps,
+        action = finite_array(actions, "actions", world.position.shape)
+        outcome = Outcome.empty(world.num_worlds, world.num_robots)
+        if self._crowd is not None:
+            self._walk(self._crowd, action)
+        step = partial(
+            step_worlds,
+            action=action,
+            robots=world.arrays,
+            cooperates=self._cooperates,
+            walls=world.walls.arrays,
+            settings=self._settings,
+            motion=self._motion,
+            contacts=outcome.contacts.arrays,
+            outcome=outcome.arrays,
         )
+        over_worlds(step, world.num_worlds, world.num_robots)
+        self.observer.update()
+        self.observer.restart(outcome.reborn)
+        return outcome
+
+    def observe(self) -> Observations:
+        """Observations of all robots, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`."""
+        return self.observer.observe()
 
     def wanted(self, actions: FloatArray) -> FloatArray:
         """What policies want: their actions for robots under way, to stand still for all others.
@@ -147,9 +181,11 @@ class Navigation:
             actions: What all want to do, shape (W, N, 2), for filters that share it.
         """
         world = self.world
-        numbers = np.repeat(np.arange(world.num_worlds), world.num_robots)
+        # Rising numbers, with room between them for those who are gone: worlds stay blocks of rows.
+        width = world.num_robots + 1
+        numbers = np.repeat(width * np.arange(world.num_worlds), world.num_robots)
         gone = np.flatnonzero(~world.present.ravel())
-        numbers[gone] = world.num_worlds + gone
+        numbers[gone] += 1 + gone % world.num_robots
         return self._scene(slice(None), numbers, actions)
 
     def scene(self, world: int = 0, actions: FloatArray | None = None) -> Scene:
@@ -172,101 +208,135 @@ class Navigation:
     def _scene(
         self, worlds: slice, numbers: npt.NDArray[np.int64], actions: FloatArray | None
     ) -> Scene:
-        world = self.world
+        world, known = self.world, self.observer.sensed.arrays
         has_map = self.rules.num_beams == 0
         wanted = None
         if actions is not None:
-            wanted = self._movement(actions).mean_velocity[worlds].reshape(-1, 2)
+            # People do not tell: what is seen of them has to do.
+            told = self._movement(actions).mean_velocity
+            told[world.person] = known.velocity[world.person]
+            wanted = told[worlds].reshape(-1, 2)
         return Scene.from_world(
-            position=world.position[worlds].reshape(-1, 2),
-            velocity=world.velocity[worlds].reshape(-1, 2),
+            position=known.position[worlds].reshape(-1, 2),
+            velocity=known.velocity[worlds].reshape(-1, 2),
             radius=world.radius[worlds].ravel(),
             priority=world.priority[worlds].ravel(),
             cooperative=world.cooperative[worlds].ravel(),
             wanted=wanted,
             world=numbers,
             reach=self.rules.sensing_range,
-            heading=world.heading[worlds].ravel(),
-            walls=self._walls if has_map and len(self._walls) else None,
+            heading=known.heading[worlds].ravel(),
+            own_walls=self._map(worlds) if has_map else None,
             lidar=None if has_map else self._scan(worlds),
         )
 
     def _scan(self, worlds: slice) -> Lidar:
         world, rules = self.world, self.rules
-        ranges = cast_beams(world, self._walls, rules.num_beams, rules.lidar_range)
+        ranges = cast_beams(
+            world,
+            rules.num_beams,
+            rules.lidar_range,
+            sensing=self.observer.sensed.sensing,
+            worlds=worlds,
+        )
         return Lidar.scan(ranges[worlds].reshape(-1, rules.num_beams))
 
+    def _walk(self, crowd: Crowd, action: FloatArray) -> None:
+        """Replace the actions of people by what they do."""
+        world = self.world
+        walk = partial(
+            walk_worlds,
+            action=action,
+            robots=world.arrays,
+            walls=world.walls.arrays,
+            gait=self._gait,
+            settings=crowd.settings,
+            seed=world.seed,
+            dt=self.rules.dt,
+        )
+        over_worlds(walk, world.num_worlds, world.num_robots)
+
+    def _map(self, worlds: slice) -> OwnWalls:
+        """Walls of the worlds: each robot knows those of its own world. Kept as long as no wall changes."""
+        arrays = self.world.walls.arrays
+        kept_arrays, kept_worlds, kept = self._kept_map
+        if kept_arrays is arrays and kept_worlds == worlds:
+            return kept
+        segment, count = arrays.segment[worlds], arrays.num_walls[worlds]
+        num_worlds, most = segment.shape[:2]
+        first = np.repeat(most * np.arange(num_worlds), self.world.num_robots)
+        ranges = np.stack([first, first + np.repeat(count, self.world.num_robots)], axis=1)
+        known = OwnWalls.of(segment.reshape(-1, 2, 2), ranges)
+        self._kept_map = arrays, worlds, known
+        return known
+
     def _movement(self, actions: FloatArray) -> Movement:
-        world, dt = self.world, self.rules.dt
-        if not world.is_differential:
-            return straight_movement(executable_velocity(actions, world.v_max), dt)
-        commands = executable_command(actions, world.v_max, world.omega_max)
-        return arc_movement(commands, world.heading, dt)
-
-    def _bodies(self) -> Bodies:
         world = self.world
-        return Bodies(world.radius, world.present, world.collided, self._walls)
+        drives = np.logical_not(world.person) if world.is_differential else world.nobody
+        return Movement.of(
+            np.asarray(actions, dtype=np.float64),
+            world.heading,
+            drives,
+            world.v_max,
+            world.omega_max,
+            self.rules.dt,
+        )
 
-    def _place(self, w: int) -> None:
-        world = self.world
-        placement = self.scenario.place(self._generators[w])
-        world.position[w] = placement.start
-        world.goal[w] = placement.goal
+    def _place(self, w: int, placement: Placement) -> None:
+        world, fleet = self.world, self.fleet
+        pairs = (fleet.num_robots, 2)
+        world.position[w] = finite_array(placement.start, f"start of world {w}", pairs)
+        world.goal[w] = finite_array(placement.goal, f"goal of world {w}", pairs)
         world.velocity[w] = 0.0
         if world.is_differential:
             ahead = placement.goal - placement.start
-            world.heading[w] = np.arctan2(ahead[:, 1], ahead[:, 0])
-        world.cooperative[w] = self.fleet.cooperative
+            towards_goal = np.arctan2(ahead[:, 1], ahead[:, 0])
+            world.heading[w] = towards_goal
+            if placement.heading is not None:
+                heading = finite_array(placement.heading, f"heading of world {w}", pairs[:1])
+                world.heading[w] = heading
+        world.v_max[w] = _positive_or(fleet.v_max, placement.v_max, f"v_max of world {w}")
+        world.priority[w] = _positive_or(
+            fleet.priority, placement.priority, f"priority of world {w}"
+        )
+        world.cooperative[w] = self._cooperates
         world.present[w] = True
         world.arrived[w] = False
         world.collided[w] = False
         world.arrival_time[w] = np.nan
+        world.start[w] = world.position[w]
+        world.start_heading[w] = world.heading[w]
+        world.arrivals[w] = 0
+        world.cycle_start[w] = 0
+        world.spin_way[w] = 0.0
+        world.spin_turn[w] = 0.0
         world.step_count[w] = 0
+        world.turn_rate[w] = 0.0
+        world.seed[w] = self._generators[w].integers(2**31)
+        self._gait.goes_back[w] = False
+        self._gait.direction[w] = np.arctan2(*(placement.goal - placement.start).T[::-1])
 
-    def _require_apart(self) -> None:
-        position = self.world.position
-        at_rest = straight_movement(np.zeros_like(position), self.rules.dt)
-        contacts = find_contacts(position, at_rest, self._bodies())
-        for clearance, what in (
-            (contacts.clearance, "another"),
-            (contacts.wall_clearance, "a wall"),
+    def _require_apart(self, worlds: list[int]) -> None:
+        for clearance, what in zip(
+            start_clearances(self.world, worlds), ("another", "a wall"), strict=True
         ):
             if (clearance < -CONTACT_TOLERANCE).any():
-                w, i = np.argwhere(clearance < -CONTACT_TOLERANCE)[0]
+                row, i = np.argwhere(clearance < -CONTACT_TOLERANCE)[0]
                 raise InvalidInput(
-                    f"robot {i} of world {w} starts {-clearance[w, i]:.3g} m inside {what}; "
+                    f"robot {i} of world {worlds[row]} starts {-clearance[row, i]:.3g} m inside {what}; "
                     "make the scenario larger or its jitter smaller"
                 )
 
-    def _can_move(self) -> BoolArray:
-        world = self.world
-        if self.rules.after_arrival is AfterArrival.YIELD:
-            return world.present & ~world.collided
-        return world.active
 
-    def _stop_collided(self, contacts: Contacts) -> BoolArray:
-        world = self.world
-        collided = (contacts.touched | contacts.hit_wall) & ~world.collided
-        world.collided[collided] = True
-        world.cooperative[collided] = False
-        world.velocity[collided] = 0.0
-        return collided
-
-    def _mark_arrivals(self) -> BoolArray:
-        world = self.world
-        offset = world.goal - world.position
-        near = np.hypot(offset[..., 0], offset[..., 1]) <= self.rules.goal_radius
-        arrived: BoolArray = near & world.active
-        world.arrived[arrived] = True
-        world.arrival_time[...] = np.where(arrived, self.time[:, np.newaxis], world.arrival_time)
-        if self.rules.after_arrival is not AfterArrival.YIELD:
-            world.velocity[arrived] = 0.0
-            world.cooperative[arrived] = False
-        if self.rules.after_arrival is AfterArrival.VANISH:
-            world.present[arrived] = False
-        return arrived
+def _crowd_of(scenario: Scenario) -> Crowd | None:
+    """People of a scenario, if it has any."""
+    if isinstance(scenario, Crowded) and len(scenario.crowd.people) > 0:
+        return scenario.crowd
+    return None
 
 
-def _wrapped(angle: FloatArray) -> FloatArray:
-    """The same angles within half a turn of 0; those already there stay bit for bit."""
-    return np.where(np.abs(angle) > np.pi, np.arctan2(np.sin(angle), np.cos(angle)), angle)
+def _positive_or(usual: FloatArray, placed: FloatArray | None, field: str) -> FloatArray:
+    """Numbers of a placement, checked, or else the usual ones, shape (N,)."""
+    if placed is None:
+        return usual
+    return require_positive(finite_array(placed, field, usual.shape), field)

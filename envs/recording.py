@@ -10,7 +10,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from envs.collision import NO_WALLS
 from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray, frozen
 
@@ -61,21 +60,18 @@ class Recording:
 class Recorder:
     """Collects the moments of one world."""
 
-    def __init__(
-        self, world: World, number: int, dt: float, *, walls: FloatArray = NO_WALLS
-    ) -> None:
+    def __init__(self, world: World, number: int, dt: float) -> None:
         """Record the moment of the start.
 
         Args:
             world: State, watched from now on.
             number: Which world of it.
             dt: Duration of a step, in s.
-            walls: Shape (S, 2, 2), in m.
         """
         self._world = world
         self._number = number
         self._dt = dt
-        self._walls = walls.copy()
+        self._walls = world.walls_of(number)
         self._moments: list[_Moment] = []
         self.record()
 

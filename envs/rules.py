@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from envs.step_kernel import StepSettings
 from safefilter.arrays import positive_number
 from safefilter.errors import InvalidInput, OutOfRange
 
@@ -23,6 +24,22 @@ class AfterArrival(Enum):
     """It stands still whatever it is told, like a parked car: not cooperative from then on."""
     VANISH = "vanish"
     """Its body is taken out of the world."""
+    REBORN = "reborn"
+    """It starts anew where it started, as in the paper's video, as soon as nobody stands there; until then it is
+    parked at its goal."""
+
+
+_POSITIVE = (
+    "dt",
+    "goal_radius",
+    "time_limit",
+    "sensing_range",
+    "lidar_range",
+    "spin_time",
+    "spin_distance",
+    "spin_angle",
+    "birth_gap",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +52,14 @@ class Rules:
         time_limit: An episode ends after this time, in s.
         sensing_range: Distance of centres up to which robots see each other, in m.
         after_arrival: What becomes of robots that have arrived.
+        wrecks_vanish: Are bodies of robots that have collided taken out of the world?
         num_beams: Beams of each robot's lidar, from which alone it knows walls; 0: all robots have the map.
         lidar_range: Distance up to which beams come back, in m.
+        spin_time: A robot that is under way at the time limit has rotated in place, as the paper's table counts it, if
+            over this time before it
+        spin_distance: the way that it drove was shorter than this, in m, and
+        spin_angle: the angles that it turned, either way, add up to more than this, in rad.
+        birth_gap: Free distance that a start needs to all robots before one is reborn there, in m.
     """
 
     dt: float = 0.2
@@ -44,8 +67,13 @@ class Rules:
     time_limit: float = 80.0
     sensing_range: float = 3.0
     after_arrival: AfterArrival = AfterArrival.YIELD
+    wrecks_vanish: bool = False
     num_beams: int = 0
     lidar_range: float = 3.5
+    spin_time: float = 10.0
+    spin_distance: float = 0.2
+    spin_angle: float = 2.0 * math.pi
+    birth_gap: float = 0.1
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -55,7 +83,7 @@ class Rules:
             OutOfRange: If a number is not above zero, or the number of beams below it.
             InvalidInput: If ``after_arrival`` is not one of its values.
         """
-        for field in ("dt", "goal_radius", "time_limit", "sensing_range", "lidar_range"):
+        for field in _POSITIVE:
             positive_number(getattr(self, field), field)
         if self.num_beams < 0:
             raise OutOfRange(f"num_beams: expected 0 or more, got {self.num_beams}")
@@ -69,3 +97,23 @@ class Rules:
         """Number of steps after which the time is over."""
         # 80 s are 400 steps of 0.2 s, though 80 / 0.2 may come out a rounding above.
         return math.ceil(self.time_limit / self.dt - 1e-9)
+
+    def settings(self, *, drives: bool) -> StepSettings:
+        """The numbers of a step, for kernels.
+
+        Args:
+            drives: Are robots differential drives?
+        """
+        return StepSettings(
+            dt=self.dt,
+            goal_radius=self.goal_radius,
+            horizon=self.sensing_range,
+            max_steps=self.max_steps,
+            spin_steps=math.ceil(self.spin_time / self.dt - 1e-9),
+            spin_distance=self.spin_distance,
+            spin_angle=self.spin_angle,
+            birth_gap=self.birth_gap,
+            after_arrival=list(AfterArrival).index(self.after_arrival),
+            wrecks_vanish=self.wrecks_vanish,
+            drives=drives,
+        )

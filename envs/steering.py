@@ -5,10 +5,13 @@ Letters: W worlds, N robots. SI units.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from envs.world import World
 from safefilter.arrays import FloatArray
+from safefilter.jit import kernel
 
 TURN_TIME = 0.2
 """In which a differential drive means to face a new direction, in s."""
@@ -29,9 +32,20 @@ def steer(world: World, velocity: FloatArray) -> FloatArray:
     """
     if not world.is_differential:
         return velocity
-    ahead_x, ahead_y = np.cos(world.heading), np.sin(world.heading)
-    along = ahead_x * velocity[..., 0] + ahead_y * velocity[..., 1]
-    across = ahead_x * velocity[..., 1] - ahead_y * velocity[..., 0]
-    turn_rate = np.arctan2(across, along) / TURN_TIME
-    limited = np.clip(turn_rate, -world.omega_max, world.omega_max)
-    return np.stack([np.maximum(along, 0.0), limited], axis=-1)
+    action = np.empty_like(velocity)
+    _steer(velocity, world.heading, world.omega_max, action)
+    return action
+
+
+@kernel
+def _steer(
+    velocity: FloatArray, heading: FloatArray, omega_max: FloatArray, action: FloatArray
+) -> None:
+    for w in range(heading.shape[0]):
+        for i in range(heading.shape[1]):
+            x, y = math.cos(heading[w, i]), math.sin(heading[w, i])
+            along = x * velocity[w, i, 0] + y * velocity[w, i, 1]
+            across = x * velocity[w, i, 1] - y * velocity[w, i, 0]
+            turn_rate = math.atan2(across, along) / TURN_TIME
+            action[w, i, 0] = max(along, 0.0)
+            action[w, i, 1] = min(max(turn_rate, -omega_max[w, i]), omega_max[w, i])

@@ -5,6 +5,7 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Self
@@ -13,7 +14,10 @@ import numpy as np
 
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
+from envs.step_kernel import RobotArrays
+from envs.walls import WallMap
 from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.threads import over_ranges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,6 +28,7 @@ class World:
         position: Centres, shape (W, N, 2), in m.
         velocity: Mean velocities of the last step, as everyone observes them, shape (W, N, 2), in m/s.
         heading: Directions that differential drives face, shape (W, N), in rad; holonomic robots have none: 0.
+        turn_rate: Turn rates of the last step, shape (W, N), in rad/s.
         goal: Shape (W, N, 2), in m.
         radius: Shape (W, N), in m.
         v_max: Greatest speeds, shape (W, N), in m/s.
@@ -33,14 +38,24 @@ class World:
         present: Shape (W, N): has a body.
         arrived: Shape (W, N): has reached its goal.
         collided: Shape (W, N): has touched another robot or a wall, and stands still since.
-        arrival_time: Shape (W, N), in s; NaN for robots that have not arrived.
+        arrival_time: Time of the first arrival, shape (W, N), in s; NaN for robots that have not arrived.
+        person: Shape (W, N): walks by a model of its own; see `envs.crowd`.
+        start: Where robots were placed, shape (W, N, 2), in m.
+        start_heading: Shape (W, N), in rad.
+        arrivals: How often robots have arrived, shape (W, N).
+        cycle_start: Step at which robots were placed or reborn, shape (W, N).
+        spin_way: Way driven shortly before the time limit, shape (W, N), in m; see `Rules.spin_time`.
+        spin_turn: Angles turned then, shape (W, N), in rad.
         step_count: Steps since the reset, shape (W,).
+        seed: Of the chance within each world (noise, people), shape (W,).
+        walls: Walls of each world.
         kinematics: How robots move.
     """
 
     position: FloatArray
     velocity: FloatArray
     heading: FloatArray
+    turn_rate: FloatArray
     goal: FloatArray
     radius: FloatArray
     v_max: FloatArray
@@ -51,7 +66,16 @@ class World:
     arrived: BoolArray
     collided: BoolArray
     arrival_time: FloatArray
+    person: BoolArray
+    start: FloatArray
+    start_heading: FloatArray
+    arrivals: IntArray
+    cycle_start: IntArray
+    spin_way: FloatArray
+    spin_turn: FloatArray
     step_count: IntArray
+    seed: IntArray
+    walls: WallMap
     kinematics: Kinematics
 
     @classmethod
@@ -62,6 +86,7 @@ class World:
             position=np.zeros((*shape, 2)),
             velocity=np.zeros((*shape, 2)),
             heading=np.zeros(shape),
+            turn_rate=np.zeros(shape),
             goal=np.zeros((*shape, 2)),
             radius=np.array(np.broadcast_to(fleet.radius, shape)),
             v_max=np.array(np.broadcast_to(fleet.v_max, shape)),
@@ -72,9 +97,23 @@ class World:
             arrived=np.zeros(shape, dtype=np.bool_),
             collided=np.zeros(shape, dtype=np.bool_),
             arrival_time=np.full(shape, np.nan),
+            person=np.zeros(shape, dtype=np.bool_),
+            start=np.zeros((*shape, 2)),
+            start_heading=np.zeros(shape),
+            arrivals=np.zeros(shape, dtype=np.int64),
+            cycle_start=np.zeros(shape, dtype=np.int64),
+            spin_way=np.zeros(shape),
+            spin_turn=np.zeros(shape),
             step_count=np.zeros(num_worlds, dtype=np.int64),
+            seed=np.zeros(num_worlds, dtype=np.int64),
+            walls=WallMap(num_worlds),
             kinematics=fleet.kinematics,
         )
+
+    @property
+    def arrays(self) -> RobotArrays:
+        """For kernels, which write to them."""
+        return RobotArrays(*(getattr(self, name) for name in RobotArrays._fields))
 
     def snapshot(self) -> Self:
         """Copy of this moment, which later steps do not change."""
@@ -90,6 +129,10 @@ class World:
         """Number of robots N in each world."""
         return int(self.position.shape[1])
 
+    def walls_of(self, number: int) -> FloatArray:
+        """Walls of one world, shape (S, 2, 2), in m."""
+        return self.walls.of(number)
+
     @property
     def is_differential(self) -> bool:
         """Are actions commands (v, w)? Velocities in world axes otherwise."""
@@ -97,12 +140,26 @@ class World:
 
     @property
     def active(self) -> BoolArray:
-        """Shape (W, N): still under way."""
-        return self.present & ~self.arrived & ~self.collided
+        """Shape (W, N): robots, not people, that are still under way."""
+        return self.present & ~self.arrived & ~self.collided & ~self.person
+
+    @property
+    def nobody(self) -> BoolArray:
+        """Shape (W, N), all false."""
+        return np.zeros_like(self.present)
 
     def preferred_velocity(self) -> FloatArray:
         """Straight to the goal at full speed, v_pref of Qin et al., shape (W, N, 2), in m/s; zero at the goal."""
         return full_speed(self.goal - self.position, self.v_max)
+
+
+def over_worlds(work: Callable[[int, int], object], num_worlds: int, num_robots: int) -> None:
+    """Call ``work(first, last)`` for ranges of worlds, in parallel where there are robots enough for that to pay."""
+    # Ranges are of robots, and a world belongs to that of its first one.
+    over_ranges(
+        lambda first, last: work(-(-first // num_robots), -(-last // num_robots)),
+        num_worlds * num_robots,
+    )
 
 
 def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:

@@ -11,9 +11,11 @@ from time import perf_counter
 
 import numpy as np
 
-from envs.metrics import Metrics, Summary, summarise
+from envs.episode_measures import EpisodeMeasures
+from envs.metrics import Summary, summarise
 from envs.navigation import Navigation
 from envs.recording import Recorder, Recording
+from envs.robot_results import RobotResults
 from policies.policy import Policy
 from safefilter.arrays import FloatArray, frozen
 from safefilter.decision import Decision
@@ -27,6 +29,7 @@ class Rollout:
 
     Attributes:
         summary: Totals over all worlds.
+        results: What became of every robot, for `envs.table_row`.
         recording: Episode of world 0.
         arrival_time: Time of each successful robot, shape (W, N), in s; NaN for all others.
         decision_time: Median time of a decision, with the batch shared out over its robots, in s; NaN without a
@@ -35,6 +38,7 @@ class Rollout:
     """
 
     summary: Summary
+    results: RobotResults
     recording: Recording
     arrival_time: FloatArray
     decision_time: float
@@ -66,25 +70,26 @@ def roll_out(
     navigation.reset(seed)
     world = navigation.world
     rng = np.random.default_rng([seed, world.num_worlds])
-    metrics = Metrics.empty(world.num_worlds, world.num_robots)
-    recorder = Recorder(world, 0, navigation.rules.dt, walls=navigation.scenario.walls)
+    measures = EpisodeMeasures.start(world)
+    recorder = Recorder(world, 0, navigation.rules.dt)
     limit = navigation.rules.max_steps if max_steps is None else max_steps
     decision_times = []
     for _ in range(limit):
         actions = navigation.wanted(policy.act(world, rng))
         if safety_filter is not None and world.cooperative.any():
             scene, wanted, decision, elapsed = _decide(navigation, safety_filter, actions)
-            metrics.record_decision(decision, world.active)
+            measures.record_decision(decision)
             decision_times.append(elapsed)
             watch(scene, wanted, decision)
         outcome = navigation.step(actions)
-        metrics.record(outcome)
+        measures.record(world, outcome, actions, navigation.rules.dt)
         recorder.record()
         if outcome.over.all():
             break
     success = world.arrived & ~world.collided
     return Rollout(
-        summary=summarise(metrics, world),
+        summary=summarise(measures.metrics, world),
+        results=measures.results(world),
         recording=recorder.recording(),
         arrival_time=frozen(np.where(success, world.arrival_time, np.nan)),
         decision_time=float(np.median(decision_times)) if decision_times else float("nan"),

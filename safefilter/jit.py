@@ -2,7 +2,7 @@
 
 Numba keys its disk cache by the file of the compiled function alone. Ours inline formulas from other files, so a
 cached kernel would go on running the old formula after an upgrade. Here the key also holds a digest of every source
-file of the package.
+file of this package, and of the package that the kernel is in.
 
 Functions marked `formula` are plain arithmetic: numba compiles them, `proofs` calls their source on z3 terms and
 tests call it on `Fraction`; see `source_of`.
@@ -27,18 +27,36 @@ _config: Any = numba.config
 _Cache: Any = FunctionCache
 
 
+PACKAGE = Path(__file__).parent
+
+
 @functools.cache
-def source_digest() -> str:
-    """Digest of every source file of this package."""
+def source_digest(folder: Path = PACKAGE) -> str:
+    """Digest of every source file in a folder; by default those of this package."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
+    for path in sorted(folder.rglob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
+def package_of(file: Path) -> Path:
+    """Folder of the outermost package that a source file is in; of this one for a file that is in none."""
+    if not (file.parent / "__init__.py").exists():
+        return PACKAGE
+    folder = file.parent
+    while (folder.parent / "__init__.py").exists():
+        folder = folder.parent
+    return folder
+
+
 class _WholePackageCache(_Cache):  # type: ignore[misc]  # of any type, see above
+    def __init__(self, function: Callable[..., object]) -> None:
+        super().__init__(function)
+        self._package = package_of(Path(function.__code__.co_filename))
+
     def _index_key(self, sig: object, codegen: object) -> tuple[object, ...]:
-        return (*super()._index_key(sig, codegen), source_digest())
+        digests = source_digest(), source_digest(self._package)
+        return (*super()._index_key(sig, codegen), *digests)
 
 
 def formula(function: FunctionT) -> FunctionT:

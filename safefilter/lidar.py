@@ -1,19 +1,27 @@
-"""Walls from a laser scan alone: segments between adjacent returns, and what can hide between two beams.
+"""Walls from a laser scan alone: what can be in each gap between two beams, and how near.
 
 Letters: N robots, K beams, Delta the angle between two beams. m, rad.
 
-Beams are cast from the robot's centre. Two adjacent returns A and B are joined, whatever the jump between them: across
-a jump the segment is nearly radial, so that its closest point is the nearer return, and the doorway beside it stays
-open. A corner C of a wall may stick out between the beams towards the robot. Let every convex corner be at least the
-*corner angle* a, and each of its two faces at least the *thickness* long, enough to be hit by a beam: longer than
-``2 r sin(Delta / 2) / sin(a / 2)`` at range r. Then one face crosses each beam, or both cross the same one, and of all
-such wedges the symmetric one sticks out most: by ``w / (2 tan(a / 2))``, where ``w = 2 r tan(Delta / 2)`` is the width
-between the beams at the nearer return's range r. Along the direction to the closest point that is at most
-``r (tan(Delta / 2) / tan(a / 2) + Delta^2)``: the second part is what the direction can differ by within one gap.
+Beams are cast from the robot's centre. In the gap between two adjacent returns A and B there is wall, as near as the
+nearer of them: that joins them, whatever the jump, and leaves the doorway beside a jump open. A corner C of a wall may
+stick out between the beams towards the robot. Let every convex corner be at least the *corner angle* a, and each of its
+two faces at least the *thickness* long, enough to be hit by a beam: longer than ``2 r sin(Delta / 2) / sin(a / 2)`` at
+range r. Then one face crosses each beam, or both cross the same one, and of all such wedges the symmetric one sticks
+out most: by ``w / (2 tan(a / 2))``, where ``w = 2 r tan(Delta / 2)`` is the width between the beams at the nearer
+return's range r. With what a chord between equal ranges is nearer than its ends, that is a margin of at most
+``r (tan(Delta / 2) / tan(a / 2) + Delta^2)``. A wall end of no thickness can stick out between two beams without any
+bound: that is why the thickness is stated.
 
-A wall end of no thickness can stick out between two beams without any bound: that is why the thickness is stated.
+So whatever is in the gap lies at the range ``r - margin`` or further, in some direction between the two beams. It is
+written as one point on each of the two beams, at range r and with that margin. A robot that keeps the budgets of both
+keeps that of every direction in between, because that direction is a sum of theirs with positive factors. (One row a
+gap, towards the closest point of the segment AB, is not enough: a robot nearer to a corner than the margin could slide
+into it across that row, by some micrometres.)
 
-Beams that hit another robot are masked: that robot's own rows hold the way to whatever is behind it.
+Returns from another robot j are masked, and so are returns near its rim that j's own row holds: that row lets the disc
+of the robot get no further along the direction e to j than j's near side, so that whatever lies beyond the line there
+across e needs no row. A return that lies before it is a wall in front of j, however near to j, and is kept. Behind j
+nothing is seen, but all of it lies beyond the line.
 """
 
 from __future__ import annotations
@@ -24,12 +32,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array, frozen, positive_number
+from safefilter.arrays import FloatArray, IntArray, finite_array, frozen, positive_number
 from safefilter.errors import OutOfRange, ShapeError
+from safefilter.lidar_kernel import find_walls, write_walls
+from safefilter.neighbours import blocks_of
+from safefilter.threads import over_ranges
 
 RIGHT_ANGLE = 0.5 * math.pi
-# A return this close to a known robot's rim is that robot's: sensor and pose noise of a few centimetres.
-MASK_MARGIN = 0.03
 FEWEST_BEAMS = 16
 
 
@@ -105,8 +114,8 @@ class Lidar:
             world: Number of the world each robot is in, shape (N,).
 
         Returns:
-            (walls, start): segments with their margins as in `Scene.walls`, robot after robot, and where each
-            robot's start, shape (N + 1,).
+            (walls, start): points with their margins, as segments of no length in the form of `Scene.walls`, robot
+            after robot, and where each robot's start, shape (N + 1,).
 
         Raises:
             ShapeError: If there are scans for another number of robots.
@@ -115,33 +124,32 @@ class Lidar:
             raise ShapeError(
                 f"lidar: scans of {len(self.ranges)} robots, but the scene has {len(position)}"
             )
-        parts = []
+        unit_margin = float(self.margin(np.ones(1))[0])
+        ranges = np.where(np.isnan(self.ranges), np.inf, self.ranges)
+        nearest, blocks = np.empty(ranges.shape), blocks_of(world)
+        over_ranges(
+            lambda first, last: find_walls(
+                first,
+                last,
+                ranges,
+                self.angles,
+                position,
+                heading,
+                radius,
+                world,
+                blocks,
+                1.0 - unit_margin,
+                nearest,
+            ),
+            len(position),
+        )
         start = np.zeros(len(position) + 1, dtype=np.int64)
-        for i in range(len(position)):
-            direction = heading[i] + self.angles
-            unit = np.stack([np.cos(direction), np.sin(direction)], axis=1)
-            is_hit = np.isfinite(self.ranges[i])
-            distance = np.where(is_hit, self.ranges[i], 0.0)
-            point = position[i] + distance[:, None] * unit
-            others = (world == world[i]) & (np.arange(len(position)) != i)
-            is_hit &= ~_on_robots(point, position[others], radius[others])
-            parts.append(self._joined(point, distance, is_hit))
-            start[i + 1] = start[i] + len(parts[-1])
-        return (np.concatenate(parts) if parts else np.empty((0, 5))), start
-
-    def _joined(self, point: FloatArray, distance: FloatArray, is_hit: BoolArray) -> FloatArray:
-        """Segments between adjacent returns; a return whose next beam has none stays a point."""
-        after = np.roll(np.arange(len(point)), -1)
-        has_next = is_hit & is_hit[after]
-        end = np.where(has_next[:, None], point[after], point)
-        nearer = np.where(has_next, np.minimum(distance, distance[after]), distance)
-        segments = np.column_stack([point, end, self.margin(nearer)])
-        return segments[is_hit]
-
-
-def _on_robots(point: FloatArray, position: FloatArray, radius: FloatArray) -> BoolArray:
-    """Which points lie within a robot, or on its rim."""
-    offset = point[:, None] - position[None]
-    distance = np.sqrt((offset**2).sum(axis=2))
-    is_on: BoolArray = (distance <= radius + MASK_MARGIN).any(axis=1)
-    return is_on
+        np.cumsum(np.isfinite(nearest).sum(axis=1), out=start[1:])
+        walls = np.empty((start[-1], 5))
+        over_ranges(
+            lambda first, last: write_walls(
+                first, last, nearest, self.angles, position, heading, unit_margin, start, walls
+            ),
+            len(position),
+        )
+        return walls, start

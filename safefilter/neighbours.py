@@ -1,4 +1,6 @@
-"""Which robots see which: all pairs within reach, by a hashed grid, in O(N) for a bounded density.
+"""Which robots see which: all pairs within reach, in O(N) for a bounded density.
+
+Many small worlds that stand one after the other are searched each for itself, a large one by a hashed grid.
 
 Letters: N robots. Positions in m. The result is a compressed list: the neighbours of robot i are
 ``neighbours[start[i]:start[i + 1]]``, in no particular but always the same order.
@@ -42,6 +44,9 @@ def find_neighbours(
     """
     if len(position) <= ALL_PAIRS_LIMIT or math.isinf(reach):
         return _all_pairs(position, world, reach)
+    blocks = blocks_of(world)
+    if (blocks[1:] - blocks[:-1]).max() <= ALL_PAIRS_LIMIT:
+        return _pairs_in_blocks(position, world, reach, blocks)
     grid = _fill_grid(position, world, reach)
     parts: dict[int, tuple[IntArray, IntArray]] = {}
 
@@ -95,6 +100,49 @@ def _all_pairs(position: FloatArray, world: IntArray, reach: float) -> tuple[Int
                 neighbours[count] = j
                 count += 1
         start[i + 1] = count
+    return start, neighbours[:count].copy()
+
+
+@kernel
+def blocks_of(world: IntArray) -> IntArray:
+    """Where the robots can be cut so that no world is: starts of the blocks, and the end, shape (blocks + 1,)."""
+    num_robots = len(world)
+    if num_robots == 0:
+        return np.zeros(1, dtype=np.int64)
+    least_after = np.empty(num_robots, dtype=np.int64)
+    least = world[num_robots - 1]
+    for i in range(num_robots - 1, -1, -1):
+        least = min(least, world[i])
+        least_after[i] = least
+    start = np.empty(num_robots + 1, dtype=np.int64)
+    count, largest = 0, world[0]
+    for i in range(num_robots):
+        if i == 0 or largest < least_after[i]:
+            start[count] = i
+            count += 1
+        largest = max(largest, world[i])
+    start[count] = num_robots
+    return start[: count + 1].copy()
+
+
+@kernel
+def _pairs_in_blocks(
+    position: FloatArray, world: IntArray, reach: float, blocks: IntArray
+) -> tuple[IntArray, IntArray]:
+    most = 0
+    for b in range(len(blocks) - 1):
+        size = blocks[b + 1] - blocks[b]
+        most += size * (size - 1)
+    start = np.zeros(len(position) + 1, dtype=np.int64)
+    neighbours = np.empty(most, dtype=np.int64)
+    count = 0
+    for b in range(len(blocks) - 1):
+        for i in range(blocks[b], blocks[b + 1]):
+            for j in range(blocks[b], blocks[b + 1]):
+                if is_within(position, world, i, j, reach * reach):
+                    neighbours[count] = j
+                    count += 1
+            start[i + 1] = count
     return start, neighbours[:count].copy()
 
 

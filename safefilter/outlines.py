@@ -1,14 +1,16 @@
-"""Outlines of obstacles as segments. Letters: S segments, K corners. m."""
+"""Outlines of obstacles as segments. Letters: N robots, S and M segments, K corners. m."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray, finite_array
-from safefilter.errors import ShapeError
+from safefilter.arrays import FloatArray, IntArray, finite_array, frozen
+from safefilter.errors import OutOfRange, ShapeError
 
 FEWEST_CORNERS = 3
 
@@ -37,3 +39,70 @@ def shared_walls(walls: npt.ArrayLike | None, polygons: Sequence[npt.ArrayLike])
         parts.append(np.concatenate([corners, np.roll(corners, -1, axis=0)], axis=1))
     segments = np.concatenate(parts)
     return np.column_stack([segments, np.zeros(len(segments))])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnWalls:
+    """Walls that some robots know and others do not: those of different worlds, say. Build it with `OwnWalls.of`.
+
+    It is checked once, and may be handed to one scene after the other.
+
+    Attributes:
+        walls: In the form of `Scene.walls`, shape (M, 5), in m.
+        ranges: For each robot the first of them that it knows and the one after the last, shape (N, 2).
+        most: Most walls that one robot knows.
+    """
+
+    walls: FloatArray
+    ranges: IntArray
+    most: int
+
+    @classmethod
+    def of(cls, walls: npt.ArrayLike, ranges: npt.ArrayLike) -> Self:
+        """Check walls, and who knows which.
+
+        Args:
+            walls: Segments, shape (M, 2, 2), in m.
+            ranges: Integers, shape (N, 2); robots may share walls.
+
+        Raises:
+            ShapeError: If an array has another shape.
+            NotFinite: If a coordinate is NaN or infinite.
+            OutOfRange: If a range leaves the walls.
+        """
+        segments = finite_array(walls, "own_walls", ("M", 2, 2)).reshape(-1, 4)
+        given = np.array(ranges)
+        if given.dtype.kind not in "iu" or given.ndim != 2 or given.shape[1] != 2:
+            raise ShapeError(
+                "own_walls: expected a range of integers a robot, shape (N, 2), "
+                f"got {given.dtype} of shape {given.shape}"
+            )
+        first, end = given[:, 0], given[:, 1]
+        wrong = (first < 0) | (end < first) | (end > len(segments))
+        if wrong.any():
+            robot = int(np.argmax(wrong))
+            raise OutOfRange(
+                f"own_walls of robot {robot}: expected a range within 0 to {len(segments)}, "
+                f"got {given[robot].tolist()}"
+            )
+        return cls(
+            frozen(np.column_stack([segments, np.zeros(len(segments))])),
+            frozen(given.astype(np.int64)),
+            int((end - first).max(initial=0)),
+        )
+
+    @classmethod
+    def none(cls, num_robots: int) -> Self:
+        """No robot knows any."""
+        return cls(frozen(np.empty((0, 5))), frozen(np.zeros((num_robots, 2), dtype=np.int64)), 0)
+
+    def require_robots(self, num_robots: int) -> None:
+        """Check that there is a range for each robot.
+
+        Raises:
+            ShapeError: If there are ranges of another number of robots.
+        """
+        if len(self.ranges) != num_robots:
+            raise ShapeError(
+                f"own_walls: ranges of {len(self.ranges)} robots, but the scene has {num_robots}"
+            )

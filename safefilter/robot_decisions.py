@@ -79,7 +79,10 @@ class RobotDecisions:
         self._solvers = solvers
         self._tolerance = tolerance
         self._fallback = None if fallback is None else finite_array(fallback, "fallback", (2,))
-        self._right_bias = right_bias
+        bias = math.cos(right_bias), math.sin(right_bias)
+        self._double = Options(tolerance, *bias, is_single=False)
+        self._single = Options(tolerance, *bias, is_single=True)
+        self._limits: Limits | None = None
         self._set_constraints(constraints)
 
     def _set_constraints(self, constraints: tuple[Constraint, ...]) -> None:
@@ -116,14 +119,14 @@ class RobotDecisions:
         start = perf_counter()
         given = np.asarray(action)
         problem = self._problem(scene, given, index)
-        options = self._options(is_single=given.dtype == np.float32)
+        options = self._single if given.dtype == np.float32 else self._double
         results = Results.empty(len(problem.index))
         work = partial(decide_range, plain(problem), plain(options), plain(results))
         over_ranges(work, len(problem.index))
         outcome = _name_columns(results)
         built = 0.0
         if self._solvers is not None:
-            built = self._ask(self._solvers, scene, problem, options, results)
+            built = self._ask(self._solvers, problem, options, results)
         # As bytes: searching an array takes 4 us.
         if Fault.EMPTY_HARD_SET in outcome.fault.tobytes():
             self._fall_back(problem, options, results, outcome)
@@ -154,10 +157,10 @@ class RobotDecisions:
         again = _name_columns(results)
         again.velocity[:] = decision.velocity
         again.case[:] = decision.case
-        options = self._options(is_single=decision.action.dtype == np.float32)
+        options = self._single if decision.action.dtype == np.float32 else self._double
         finish_batch(problem, options, results, array, sections)
         targets = self.biased(problem.wanted)
-        limit = self.kinematics.speed_limit(scene)[problem.index]
+        limit = problem.limits.speed_limit[problem.index]
         certificates = []
         for k in range(len(decision)):
             target = problem.wanted if decision.case[k] == Case.SAFE else targets
@@ -182,20 +185,9 @@ class RobotDecisions:
 
     def biased(self, wanted: FloatArray) -> FloatArray:
         """Turn wanted velocities, shape (B, 2), by the right bias: the target of Case-2 and Case-3."""
-        options = self._options(is_single=False)
+        cosine, sine = self._double.bias_cos, self._double.bias_sin
         x, y = wanted[:, 0], wanted[:, 1]
-        return np.stack(
-            [
-                options.bias_cos * x + options.bias_sin * y,
-                options.bias_cos * y - options.bias_sin * x,
-            ],
-            axis=1,
-        )
-
-    def _options(self, *, is_single: bool) -> Options:
-        return Options(
-            self._tolerance, math.cos(self._right_bias), math.sin(self._right_bias), bool(is_single)
-        )
+        return np.stack([cosine * x + sine * y, cosine * y - sine * x], axis=1)
 
     def _problem(
         self,
@@ -219,12 +211,7 @@ class RobotDecisions:
         for constraint in self.constraints:
             if isinstance(constraint, PriorityORCA):
                 constraint.require(scene)
-        limits = Limits(
-            self.kinematics.v_max(scene),
-            self.kinematics.speed_limit(scene),
-            self.kinematics.sides,
-            self.kinematics.inner_radius,
-        )
+        limits = self._limits_of(scene)
         self._check_reach(scene, limits.speed_limit)
         user = user_rows(self._own, scene, wanted, robots)
         return Problem(
@@ -242,6 +229,18 @@ class RobotDecisions:
             + user.array.shape[2],
             num_neighbours=scene.most_neighbours,
         )
+
+    def _limits_of(self, scene: Scene) -> Limits:
+        """Allowed velocities: a matter of the number of robots alone, and a single decision is short: so kept."""
+        limits = self._limits
+        if limits is None or len(limits.v_max) != scene.num_robots:
+            limits = self._limits = Limits(
+                self.kinematics.v_max(scene),
+                self.kinematics.speed_limit(scene),
+                self.kinematics.sides,
+                self.kinematics.inner_radius,
+            )
+        return limits
 
     def _check_reach(self, scene: Scene, speed_limit: FloatArray) -> None:
         if math.isinf(scene.reach):
@@ -263,7 +262,6 @@ class RobotDecisions:
     def _ask(
         self,
         solvers: Solvers,
-        scene: Scene,
         problem: Problem,
         options: Options,
         results: Results,
@@ -276,7 +274,7 @@ class RobotDecisions:
             return 0.0
         rows, array, sections = self._rows(problem)
         targets = self.biased(problem.wanted)
-        limit = self.kinematics.speed_limit(scene)[problem.index]
+        limit = problem.limits.speed_limit[problem.index]
         built = perf_counter() - start
         solvers.start()
         for k in open_decisions:

@@ -24,7 +24,7 @@ from safefilter.arrays import (
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.lidar import Lidar
 from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours
-from safefilter.outlines import shared_walls
+from safefilter.outlines import OwnWalls, shared_walls
 
 # Columns of `Scene.state`.
 X, Y, V_X, V_Y, WANTED_X, WANTED_Y, RADIUS, PRIORITY = range(8)
@@ -57,7 +57,8 @@ class Scene:
         most_neighbours: Length of the longest list.
         walls: Segments (a_x, a_y, b_x, b_y) and the margin kept from each, shape (W, 5), in m.
         num_shared_walls: The first walls, which every robot knows.
-        wall_start: Where the walls that each robot alone has seen start in ``walls``, shape (N + 1,).
+        wall_range: First of the walls that each robot knows besides those, and the one after the last, shape (N, 2);
+            robots may share them.
         most_walls: Most walls that one robot knows.
     """
 
@@ -72,7 +73,7 @@ class Scene:
     most_neighbours: int
     walls: FloatArray
     num_shared_walls: int
-    wall_start: IntArray
+    wall_range: IntArray
     most_walls: int
 
     @classmethod
@@ -89,6 +90,7 @@ class Scene:
         world: npt.ArrayLike = 0,
         reach: float | None = None,
         walls: npt.ArrayLike | None = None,
+        own_walls: OwnWalls | None = None,
         polygons: Sequence[npt.ArrayLike] = (),
         lidar: Lidar | None = None,
     ) -> Scene:
@@ -106,6 +108,7 @@ class Scene:
             reach: Distance of centres in m up to which robots see each other. None: everyone sees everyone, in
                 O(N^2); give a reach for crowds.
             walls: Segments that every robot knows, shape (S, 2, 2), in m.
+            own_walls: Walls that some robots know and others do not, as those of different worlds.
             polygons: Outlines of obstacles that every robot knows, convex or not, each of shape (K, 2), in m; robots
                 are outside.
             lidar: Scans, for walls that nobody has a map of; needs ``heading``.
@@ -115,7 +118,7 @@ class Scene:
             NotFinite: If a value is NaN or infinite; names field and robot.
             OutOfRange: If a radius, a priority or the reach is not above zero, or a value is too large for
                 its square to be finite.
-            InvalidInput: If there are scans but no headings.
+            InvalidInput: If there are scans but no headings, or scans and walls of robots' own.
         """
         position = finite_array(position, "position", ("N", 2))
         num_robots = len(position)
@@ -135,11 +138,16 @@ class Scene:
         start, neighbours = find_neighbours(position, numbers, limit)
         directions = None if heading is None else per_robot(heading, "heading", num_robots)
         known = NO_WALLS if walls is None and len(polygons) == 0 else shared_walls(walls, polygons)
-        seen, wall_start = NO_WALLS, np.zeros(num_robots + 1, dtype=np.int64)
+        own = OwnWalls.none(num_robots) if own_walls is None else own_walls
+        own.require_robots(num_robots)
+        seen, wall_range, most_own = own.walls, own.ranges, own.most
         if lidar is not None:
             if directions is None:
                 raise InvalidInput("lidar: scans need heading= as well: beams are relative to it")
-            seen, wall_start = lidar.walls(position, directions, state[:, RADIUS].copy(), numbers)
+            if own_walls is not None:
+                raise InvalidInput("lidar: robots have a map or scans; drop own_walls= or lidar=")
+            seen, first = lidar.walls(position, directions, state[:, RADIUS].copy(), numbers)
+            wall_range, most_own = np.stack([first[:-1], first[1:]], axis=1), _longest(first)
         return cls(
             state=frozen(state),
             cooperative=frozen(_flags(cooperative, num_robots)),
@@ -150,10 +158,10 @@ class Scene:
             neighbour_start=frozen(start),
             neighbours=frozen(neighbours),
             most_neighbours=_longest(start),
-            walls=frozen(np.concatenate([known, seen])),
+            walls=frozen(np.concatenate([known, seen]) if len(known) else seen),
             num_shared_walls=len(known),
-            wall_start=frozen(wall_start + len(known)),
-            most_walls=len(known) + _longest(wall_start),
+            wall_range=frozen(wall_range + len(known) if len(known) else wall_range),
+            most_walls=len(known) + most_own,
         )
 
     @property

@@ -53,7 +53,13 @@ ON_REQUEST = [
 ]  # fmt: skip
 
 # Names on PyPI that differ from the names imported.
-DISTRIBUTIONS = {"PIL": "pillow", "stable_baselines3": "stable-baselines3", "z3": "z3-solver"}
+DISTRIBUTIONS = {
+    "PIL": "pillow",
+    "irsim": "ir-sim",
+    "stable_baselines3": "stable-baselines3",
+    "yaml": "pyyaml",
+    "z3": "z3-solver",
+}
 EXTRA_OF_FOLDER = {
     "safefilter": ["demo", "learn", "testing"],
     "envs": ["demo"],

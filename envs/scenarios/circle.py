@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from envs.scenarios.scenario import Placement, jitter
-from safefilter.arrays import FloatArray, positive_number
+from safefilter.arrays import positive_number
 from safefilter.errors import OutOfRange
 
 
@@ -45,6 +45,11 @@ class Circle:
             positive_number(getattr(self, field), field)
 
     @property
+    def name(self) -> str:
+        """What it is called."""
+        return "circle"
+
+    @property
     def circle_radius(self) -> float:
         """Radius of the circle, in m."""
         return max(self.least_radius, self.spacing * self.num_robots / (2.0 * np.pi))
@@ -53,11 +58,6 @@ class Circle:
     def half_extent(self) -> float:
         """Half the side of the square that holds all starts and goals, in m."""
         return self.circle_radius + self.jitter_radius
-
-    @property
-    def walls(self) -> FloatArray:
-        """None: shape (0, 2, 2)."""
-        return np.zeros((0, 2, 2))
 
     def place(self, rng: np.random.Generator) -> Placement:
         """Draw starts, anticlockwise from the east; goals are exactly opposite to the undisturbed starts."""

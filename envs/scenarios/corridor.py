@@ -47,6 +47,11 @@ class Corridor:
             positive_number(getattr(self, field), field)
 
     @property
+    def name(self) -> str:
+        """What it is called."""
+        return "corridor"
+
+    @property
     def half_extent(self) -> float:
         """Half the side of the square that holds all starts, goals and walls, in m."""
         return max(self.length, self.width) / 2.0
@@ -64,4 +69,4 @@ class Corridor:
         west = rows_of(self.num_robots // 2, first_x=first_x, spacing=self.spacing, lanes=lanes)
         undisturbed = np.concatenate([west, -west])
         start = undisturbed + jitter(rng, self.num_robots, self.jitter_radius)
-        return Placement(start=start, goal=undisturbed * [-1.0, 1.0])
+        return Placement(start=start, goal=undisturbed * [-1.0, 1.0], walls=self.walls)

@@ -48,6 +48,11 @@ class Crossroad:
             positive_number(getattr(self, field), field)
 
     @property
+    def name(self) -> str:
+        """What it is called."""
+        return "crossroad"
+
+    @property
     def num_robots(self) -> int:
         """Two robots an arm."""
         return 2 * len(ARMS)
@@ -76,7 +81,7 @@ class Crossroad:
         lanes = self._lanes()
         travel = np.repeat(np.array(ARMS), 2, axis=0) * self.arm_length
         start = lanes - travel + jitter(rng, self.num_robots, self.jitter_radius)
-        return Placement(start=start, goal=lanes + travel)
+        return Placement(start=start, goal=lanes + travel, walls=self.walls)
 
     def _lanes(self) -> FloatArray:
         offset = self.road_width / 4.0

@@ -52,6 +52,11 @@ class Doorway:
             )
 
     @property
+    def name(self) -> str:
+        """What it is called."""
+        return "doorway"
+
+    @property
     def half_extent(self) -> float:
         """Half the side of the square that holds all starts, goals and walls, in m."""
         return self.room_size + self.thickness / 2.0
@@ -72,4 +77,4 @@ class Doorway:
         west = rows_of(self.num_robots // 2, first_x=first_x, spacing=0.5, lanes=lanes)
         undisturbed = np.concatenate([west, -west])
         start = undisturbed + jitter(rng, self.num_robots, self.jitter_radius)
-        return Placement(start=start, goal=-undisturbed)
+        return Placement(start=start, goal=-undisturbed, walls=self.walls)

@@ -1,33 +1,50 @@
-"""Scenario: where robots start, and where they want to go.
+"""Scenario: where robots start, where they want to go, and what stands between.
 
-Letters: N robots. SI units; x points east, y north.
+Letters: N robots, S walls. SI units; x points east, y north.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
+from envs.walls import NO_WALLS
 from safefilter.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placement:
-    """Starts and goals of the robots of one world.
+    """One world's start: where robots are and want to go, between which walls.
 
     Attributes:
         start: Centres, shape (N, 2), in m.
         goal: Shape (N, 2), in m.
+        walls: Segments, shape (S, 2, 2), in m. S may differ from world to world.
+        heading: Directions that robots face, shape (N,), in rad; None: towards their goals.
+        v_max: Greatest speeds, shape (N,), in m/s; None: those of the fleet.
+        priority: Shape (N,); None: those of the fleet.
     """
 
     start: FloatArray
     goal: FloatArray
+    walls: FloatArray = field(default_factory=lambda: NO_WALLS)
+    heading: FloatArray | None = None
+    v_max: FloatArray | None = None
+    priority: FloatArray | None = None
 
 
 class Scenario(Protocol):
-    """Places the robots of one world at a time."""
+    """Places the robots of one world at a time, and the walls between them.
+
+    A scenario with people has an attribute ``crowd`` as well, an `envs.crowd.Crowd`.
+    """
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        ...
 
     @property
     def num_robots(self) -> int:
@@ -39,13 +56,8 @@ class Scenario(Protocol):
         """Half the side of a square around the origin that holds all starts, goals and walls, in m."""
         ...
 
-    @property
-    def walls(self) -> FloatArray:
-        """Segments, shape (S, 2, 2), in m; the same in all worlds."""
-        ...
-
     def place(self, rng: np.random.Generator) -> Placement:
-        """Draw starts and goals."""
+        """Draw starts, goals and walls."""
         ...
 
 

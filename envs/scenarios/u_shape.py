@@ -45,6 +45,11 @@ class UShape:
             positive_number(getattr(self, field), field)
 
     @property
+    def name(self) -> str:
+        """What it is called."""
+        return "U shape"
+
+    @property
     def half_extent(self) -> float:
         """Half the side of the square that holds all starts, goals and walls, in m."""
         rows = (self.num_robots + 1) // 2
@@ -80,4 +85,4 @@ class UShape:
             self.num_robots, first_x=0.35 - self.half_extent, spacing=0.5, lanes=lanes
         )
         start = undisturbed + jitter(rng, self.num_robots, self.jitter_radius)
-        return Placement(start=start, goal=undisturbed * [-1.0, 1.0])
+        return Placement(start=start, goal=undisturbed * [-1.0, 1.0], walls=self.walls)

@@ -184,8 +184,10 @@ class Cvxpy:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             try:
+                # Started from the last program's answer OSQP keeps its penalties too, and after an infeasible one it
+                # does not arrive any more; and an answer shall not depend on what was asked before.
                 compiled.problem.solve(  # type: ignore[no-untyped-call]  # cvxpy is typed in part
-                    solver=self._solver, **self._settings
+                    solver=self._solver, warm_start=False, **self._settings
                 )
             except (SolverError, ArithmeticError, RuntimeError, TypeError, ValueError) as error:
                 message = f"{self.name} raised {error!r}"

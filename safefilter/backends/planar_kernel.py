@@ -4,7 +4,7 @@
 point. It starts at the wanted point and adds the most violated row until none is violated (then the multipliers prove
 that the point is nearest), or until the rows contradict each other (then at most three weights prove it: Farkas and
 Helly). `least_violation` raises the soft rows' common violation t to the bound that each such proof gives, until the
-rows can be met: t* and its proof come out exactly, in one to three rounds.
+rows of the proof meet in a point that all rows permit: t* and its proof come out exact to rounding.
 
 Rows are ``n_x x + n_y y >= offset``, stored as ``rows[0] = n_x, rows[1] = n_y, rows[2] = offset``; the first
 ``num_sides`` rows bound a polygon around the origin, the first ``num_hard`` are hard, the rest soft.
@@ -27,6 +27,8 @@ STALLED = 2
 
 # Two rows whose normals span an angle below this are parallel: their crossing lies beyond every speed limit.
 PARALLEL_SINE = 1e-13
+# Two rows this far from parallel cross in a point known to nearly all digits.
+CLEAR_SINE = 1e-2
 # A row counts as violated beyond this part of the caller's tolerance: answers are better than what is asked for.
 VIOLATED_PART = 1e-3
 # Rounding of n @ v - offset, in units in the last place of its largest term.
@@ -36,6 +38,8 @@ MAX_STEPS = 200
 # Each gains the digits that rounding leaves: one is enough but for rows that are all but parallel.
 REFINEMENTS = 4
 MAX_ROUNDS = 60
+# Of these, the first may raise t without any slack: rounding could let it creep up by a last place at a time.
+EXACT_ROUNDS = 20
 
 
 class Rows(NamedTuple):
@@ -220,18 +224,76 @@ def add_row(
 
 
 @formula
+def corner_of(rows: Rows, relaxation: float, active: IntArray) -> tuple[float, float, float]:
+    """Crossing of the two of three rows that are furthest from parallel, and the sine of their angle."""
+    first, second, sine = active[0], active[1], -1.0
+    for k in range(3):
+        a, b = active[k], active[(k + 1) % 3]
+        det = abs(rows.array[0, a] * rows.array[1, b] - rows.array[1, a] * rows.array[0, b])
+        if det > sine:
+            first, second, sine = a, b, det
+    x, y, _, _ = hold_by_two(rows, relaxation, first, second, 0.0, 0.0)
+    return x, y, sine
+
+
+@formula
+def weighted_distance(
+    rows: Rows,
+    relaxation: float,
+    active: IntArray,
+    multipliers: FloatArray,
+    count: int,
+    x: float,
+    y: float,
+) -> float:
+    """How far outside of the weighted sum of rows a point is."""
+    total = 0.0
+    for k in range(count):
+        a = active[k]
+        along = rows.array[0, a] * x + rows.array[1, a] * y
+        total += multipliers[k] * (relaxed_offset(rows, relaxation, a) - along)
+    return total
+
+
+@formula
 def proven_violation(
     rows: Rows, relaxation: float, active: IntArray, multipliers: FloatArray, count: int
 ) -> tuple[float, float]:
-    """Lower bound on t that a contradiction proves, and the weight of its soft rows (0: only hard rows clash)."""
-    total, soft = 0.0, 0.0
+    """Lower bound on t that a contradiction proves, and the weight of its soft rows (0: only hard rows clash).
+
+    The weighted normals sum to zero, so the distance may be taken from any point. From the origin it is long, and
+    between rows all but parallel, whose weights are rounded by a part of 1e-9, worth no more digits than that; so it is
+    taken again from the point in which the three rows meet.
+    """
+    soft = 0.0
     for k in range(count):
-        total += multipliers[k] * relaxed_offset(rows, relaxation, active[k])
         if active[k] >= rows.num_hard:
             soft += multipliers[k]
     if soft <= 0.0:
         return math.inf, 0.0
-    return relaxation + total / soft, soft
+    bound = (
+        relaxation
+        + weighted_distance(rows, relaxation, active, multipliers, count, 0.0, 0.0) / soft
+    )
+    if count == 3:
+        x, y, sine = corner_of(rows, bound, active)
+        if sine > CLEAR_SINE:
+            bound += weighted_distance(rows, bound, active, multipliers, count, x, y) / soft
+    return bound, soft
+
+
+@formula
+def meets_all_rows(rows: Rows, least: float, active: IntArray, count: int) -> bool:
+    """Is the bound of a contradiction t* itself: do its rows, relaxed by it, meet in a point that all rows permit?
+
+    Two rows that contradict each other are parallel and name no point: False.
+    """
+    if count < 3:
+        return False
+    x, y, _ = corner_of(rows, least, active)
+    r, violation = most_violated(rows, least, x, y)
+    is_met: bool = violation <= ROUNDING * (abs(rows.array[2, r]) + abs(x) + abs(y))
+    return is_met
 
 
 @formula
@@ -266,7 +328,7 @@ def least_violation(
     relaxation, least = 0.0, 0.0
     proof_count = 0
     x, y = wanted_x, wanted_y
-    for _ in range(MAX_ROUNDS):
+    for attempt in range(MAX_ROUNDS):
         bound, soft = proven_violation(rows, relaxation, active, multipliers, count)
         for k in range(count):
             proof[k] = active[k]
@@ -274,8 +336,19 @@ def least_violation(
         proof_count = count
         if soft <= 0.0:
             return CONTRADICTION, x, y, count, math.inf, relaxation, proof_count
-        # Rounding must not let the bound stand still: then the slack grows, and the check afterwards tells.
+        is_raised = bound > least
         least = max(bound, least)
+        is_early = attempt < EXACT_ROUNDS
+        if is_raised and is_early and not meets_all_rows(rows, least, active, count):
+            # t* may be higher still, though by less than the tolerance: where rows are all but parallel that moves the
+            # nearest point far. So raise the bound without any slack for as long as rounding lets it rise.
+            relaxation = least
+            status, x, y, count = project(
+                rows, relaxation, wanted_x, wanted_y, 0.0, active, multipliers
+            )
+            if status == CONTRADICTION:
+                continue
+        # Rounding must not let the bound stand still: then the slack grows, and the check afterwards tells.
         relaxation = max(least, relaxation) + tolerance
         status, x, y, count = project(
             rows, relaxation, wanted_x, wanted_y, tolerance, active, multipliers
@@ -285,72 +358,3 @@ def least_violation(
         if status == STALLED:
             break
     return STALLED, x, y, count, least, relaxation, proof_count
-
-
-@formula
-def is_nearest(
-    rows: Rows,
-    relaxation: float,
-    wanted_x: float,
-    wanted_y: float,
-    x: float,
-    y: float,
-    tolerance: float,
-    active: IntArray,
-    multipliers: FloatArray,
-    count: int,
-) -> bool:
-    """Do the multipliers prove that (x, y) is the nearest point? Checked from the rows, not from the way there."""
-    _, violation = most_violated(rows, relaxation, x, y)
-    scale = 1.0 + abs(wanted_x) + abs(wanted_y)
-    allowed = tolerance * scale
-    if not violation <= allowed:
-        return False
-    rest_x, rest_y, total = x - wanted_x, y - wanted_y, 0.0
-    for k in range(count):
-        a = active[k]
-        total += multipliers[k]
-        n_x, n_y = rows.array[0, a], rows.array[1, a]
-        slack = n_x * x + n_y * y - relaxed_offset(rows, relaxation, a)
-        if not multipliers[k] >= 0.0 or not abs(slack) <= allowed:
-            return False
-        rest_x -= multipliers[k] * n_x
-        rest_y -= multipliers[k] * n_y
-    # Rows that are almost parallel have large multipliers that all but cancel.
-    rounding = ROUNDING * total
-    return abs(rest_x) <= allowed + rounding and abs(rest_y) <= allowed + rounding
-
-
-@formula
-def is_proof(
-    rows: Rows,
-    least: float,
-    radius: float,
-    tolerance: float,
-    proof: IntArray,
-    weights: FloatArray,
-    count: int,
-) -> bool:
-    """Does the contradiction prove t* to within the tolerance, rounding included?
-
-    Args:
-        rows: Half-planes.
-        least: t*.
-        radius: Bound on the length of every point in the hard rows: what a residual of the normals can be worth.
-        tolerance: Accuracy of t*.
-        proof: Rows of the contradiction.
-        weights: Their weights, soft ones summing to one.
-        count: How many they are.
-    """
-    rest_x, rest_y, total, soft = 0.0, 0.0, 0.0, 0.0
-    for k in range(count):
-        a = proof[k]
-        if not weights[k] >= 0.0:
-            return False
-        rest_x += weights[k] * rows.array[0, a]
-        rest_y += weights[k] * rows.array[1, a]
-        total += weights[k] * rows.array[2, a]
-        if a >= rows.num_hard:
-            soft += weights[k]
-    residual = math.sqrt(rest_x * rest_x + rest_y * rest_y)
-    return abs(soft - 1.0) <= 1e-9 and total - residual * radius >= least - tolerance

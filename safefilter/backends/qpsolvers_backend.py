@@ -118,6 +118,9 @@ SOLVERS: Mapping[str, Solver] = {
                 "check_duality_gap": True,
                 "eps_duality_gap_abs": tolerance,
                 "eps_duality_gap_rel": 0.0,
+                # It calls programs infeasible by a test at 1e-4 that nobody can tighten from here, half of the solvable
+                # ones in a crossroad. So it is to go on, and stops at the nearest thing to a point of them all.
+                "primal_infeasibility_solving": True,
             }
         ),
     ),
@@ -140,6 +143,7 @@ STATUS = {
     "solvedinaccurate": Status.INACCURATE,
     "solvedinaccuratereachedmaxiters": Status.INACCURATE,
     "almostsolved": Status.INACCURATE,
+    "solvedclosestprimalfeasible": Status.INACCURATE,
     "primalinfeasible": Status.INFEASIBLE,
     "infeasible": Status.INFEASIBLE,
     "dualinfeasible": Status.UNBOUNDED,

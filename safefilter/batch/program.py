@@ -5,15 +5,8 @@ from __future__ import annotations
 import math
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.backends.planar_kernel import (
-    CONTRADICTION,
-    SOLVED,
-    Rows,
-    is_nearest,
-    is_proof,
-    least_violation,
-    project,
-)
+from safefilter.backends.planar_kernel import CONTRADICTION, SOLVED, Rows, least_violation, project
+from safefilter.backends.planar_kernel_checks import is_nearest, is_proof
 from safefilter.batch.records import Outcome, Scratch
 from safefilter.batch.rows import soft_violation
 from safefilter.constraints.row_buffers import RowLabels, Sections

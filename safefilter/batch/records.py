@@ -84,7 +84,8 @@ class Options(NamedTuple):
 
 def plain(record: tuple[Any, ...]) -> tuple[Any, ...]:
     """Take the names off a record: numba tells plain tuples four times as fast, and a single decision is short."""
-    return tuple(tuple(part) if isinstance(part, tuple) else part for part in record)
+    # Of a list, because a generator takes half a microsecond more.
+    return tuple([tuple(part) if isinstance(part, tuple) else part for part in record])
 
 
 @array_formula

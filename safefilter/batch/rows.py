@@ -53,8 +53,8 @@ def make_rows(
             limit,
             static.source,
         )
-    num_budgets = copy_rows(user, k, 0, user.count[k, 0], rows, count)
-    num_hard = copy_rows(user, k, user.count[k, 0], user.count[k, 1], rows, num_budgets)
+    num_budgets = copy_rows(user, k, 0, rows, count)
+    num_hard = copy_rows(user, k, 1, rows, num_budgets)
     count = add_orca_rows(
         rows,
         num_hard,
@@ -66,14 +66,16 @@ def make_rows(
         chosen,
         keys,
     )
-    num_rows = copy_rows(user, k, user.count[k, 1], user.count[k, 2], rows, count)
+    num_rows = copy_rows(user, k, 2, rows, count)
     return Sections(num_sides, num_separated, num_budgets, num_hard, num_rows)
 
 
 @formula
-def copy_rows(user: UserRows, k: int, first: int, last: int, rows: RowLabels, count: int) -> int:
-    """Copy the user's rows [first, last) of decision k; returns the new count."""
-    for m in range(first, last):
+def copy_rows(user: UserRows, k: int, kind: int, rows: RowLabels, count: int) -> int:
+    """Copy the user's rows of a kind (budgets, other hard rows, soft rows) of decision k; returns the new count."""
+    if user.array.shape[2] == 0:
+        return count
+    for m in range(user.count[k, kind - 1] if kind > 0 else 0, user.count[k, kind]):
         for part in range(3):
             rows.array[part, count] = user.array[k, part, m]
         for part in range(2):

@@ -17,7 +17,7 @@ class SceneArrays(NamedTuple):
     neighbours: IntArray
     walls: FloatArray
     num_shared_walls: int
-    wall_start: IntArray
+    wall_range: IntArray
 
     @classmethod
     def of(cls, scene: Scene) -> SceneArrays:
@@ -29,5 +29,5 @@ class SceneArrays(NamedTuple):
             scene.neighbours,
             scene.walls,
             scene.num_shared_walls,
-            scene.wall_start,
+            scene.wall_range,
         )

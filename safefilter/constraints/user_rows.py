@@ -34,6 +34,12 @@ class UserRows(NamedTuple):
     count: IntArray  # type: ignore[assignment]  # hides tuple.count, which nobody calls
 
 
+# Whatever the batch: where there is room for no row, kernels look at no decision.
+NO_USER_ROWS = UserRows(
+    np.empty((0, 3, 0)), np.empty((0, 2, 0), dtype=np.int64), np.empty((0, 3), dtype=np.int64)
+)
+
+
 def user_rows(
     constraints: Mapping[int, Constraint], scene: Scene, wanted: FloatArray, index: IntArray
 ) -> UserRows:
@@ -45,16 +51,15 @@ def user_rows(
         wanted: Wanted velocities, shape (B, 2), in m/s.
         index: Robots, shape (B,).
 
+    Returns:
+        The rows, or `NO_USER_ROWS` without a constraint.
+
     Raises:
         ShapeError: If a constraint makes rows for another number of decisions or dimensions.
     """
     batch = len(index)
     if not constraints:
-        return UserRows(
-            np.empty((batch, 3, 0)),
-            np.empty((batch, 2, 0), dtype=np.int64),
-            np.zeros((batch, 3), dtype=np.int64),
-        )
+        return NO_USER_ROWS
     parts = []
     for number, constraint in constraints.items():
         part = constraint.half_spaces(scene, wanted.copy(), index.copy())

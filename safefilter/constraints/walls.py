@@ -73,9 +73,9 @@ def add_wall_rows(
     p_x, p_y, radius = state[i, X], state[i, Y], state[i, RADIUS]
     reach = speed_limit * horizon + radius + margin
     for part in range(2):
-        # Walls that everyone knows come first, then those that this robot alone has seen.
-        start = 0 if part == 0 else scene.wall_start[i]
-        stop = scene.num_shared_walls if part == 0 else scene.wall_start[i + 1]
+        # Walls that everyone knows come first, then those of this robot's own.
+        start = 0 if part == 0 else scene.wall_range[i, 0]
+        stop = scene.num_shared_walls if part == 0 else scene.wall_range[i, 1]
         for w in range(start, stop):
             a_x, a_y, b_x, b_y, own_margin = scene.walls[w]
             c_x, c_y = to_closest_point(a_x, a_y, b_x, b_y, p_x, p_y)

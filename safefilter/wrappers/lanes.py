@@ -90,7 +90,7 @@ def _stacked(scenes: Sequence[Scene]) -> Scene:
             )
     headings = [scene.heading for scene in scenes if scene.heading is not None]
     robots_before = np.cumsum([0, *(scene.num_robots for scene in scenes)])
-    walls, num_shared, wall_start = _stacked_walls(scenes)
+    walls, num_shared, wall_range = _stacked_walls(scenes)
     return Scene(
         state=frozen(np.concatenate([scene.state for scene in scenes])),
         cooperative=frozen(np.concatenate([scene.cooperative for scene in scenes])),
@@ -108,7 +108,7 @@ def _stacked(scenes: Sequence[Scene]) -> Scene:
         most_neighbours=max(scene.most_neighbours for scene in scenes),
         walls=frozen(walls),
         num_shared_walls=num_shared,
-        wall_start=frozen(wall_start),
+        wall_range=frozen(wall_range),
         most_walls=max(scene.most_walls for scene in scenes),
     )
 
@@ -123,7 +123,7 @@ def _stacked_worlds(scenes: Sequence[Scene]) -> IntArray:
 
 
 def _stacked_walls(scenes: Sequence[Scene]) -> tuple[FloatArray, int, IntArray]:
-    """Walls, how many of them all robots know, and where each robot's own start."""
+    """Walls, how many of them all robots know, and the range of each robot's own."""
     shared = [scene.walls[: scene.num_shared_walls] for scene in scenes]
     if all(np.array_equal(walls, shared[0]) for walls in shared):
         num_shared = len(shared[0])
@@ -131,16 +131,22 @@ def _stacked_walls(scenes: Sequence[Scene]) -> tuple[FloatArray, int, IntArray]:
         return (
             np.concatenate([shared[0], *own]),
             num_shared,
-            num_shared + _joined([scene.wall_start for scene in scenes]),
+            num_shared + _shifted([scene.wall_range - num_shared for scene in scenes], own),
         )
     # Different maps: each robot is handed its lane's map as walls of its own, first as before.
-    parts, counts = [], [0]
+    parts, ends = [], [0]
     for scene, known in zip(scenes, shared, strict=True):
         for robot in range(scene.num_robots):
-            seen = scene.walls[scene.wall_start[robot] : scene.wall_start[robot + 1]]
+            seen = scene.walls[slice(*scene.wall_range[robot])]
             parts += [known, seen]
-            counts.append(len(known) + len(seen))
-    return np.concatenate(parts), 0, np.cumsum(counts)
+            ends.append(ends[-1] + len(known) + len(seen))
+    return np.concatenate(parts), 0, np.stack([ends[:-1], ends[1:]], axis=1)
+
+
+def _shifted(ranges: Sequence[IntArray], walls: Sequence[FloatArray]) -> IntArray:
+    """Ranges in lists of walls that now stand one after the other."""
+    before = np.cumsum([0, *(len(part) for part in walls[:-1])])
+    return np.concatenate([part + shift for part, shift in zip(ranges, before, strict=True)])
 
 
 def _joined(starts: Sequence[IntArray]) -> IntArray:

@@ -44,7 +44,7 @@ def test_markdown_has_one_cell_a_column_in_every_line() -> None:
     assert "| that | 3 | 4 | 1.50 |" in lines
 
 
-@pytest.mark.parametrize("name", ["circle_step", "single_decision", "start_up"])
+@pytest.mark.parametrize("name", ["circle_step", "drive_mappings", "single_decision", "start_up"])
 def test_committed_results_hold_ratios(name: str) -> None:
     ratios = committed_ratios(name, FOLDER)
     assert ratios

@@ -1,11 +1,31 @@
 import numpy as np
 
-from envs.dynamics import (
-    arc_movement,
-    executable_command,
-    executable_velocity,
-    straight_movement,
-)
+from envs.dynamics import Movement
+from safefilter.arrays import FloatArray
+
+
+def executable_velocity(command: FloatArray, v_max: FloatArray) -> FloatArray:
+    """Velocities of holonomic robots that are told ``command``, shape (N, 2)."""
+    flat = np.zeros((1, len(command)))
+    drives = np.zeros(flat.shape, dtype=np.bool_)
+    moved = Movement.of(command[np.newaxis], flat, drives, v_max[np.newaxis], flat, 1.0)
+    assert (moved.turn == 0.0).all()
+    return np.asarray(moved.velocity[0])
+
+
+def executable_command(command: FloatArray, v_max: FloatArray, omega_max: FloatArray) -> FloatArray:
+    """Commands that differential drives execute, shape (N, 2): they face east, where speed is velocity."""
+    flat = np.zeros((1, len(command)))
+    drives = np.ones(flat.shape, dtype=np.bool_)
+    given = (v_max[np.newaxis], omega_max[np.newaxis])
+    moved = Movement.of(command[np.newaxis].astype(np.float64), flat, drives, *given, 1.0)
+    return np.stack([moved.velocity[0, :, 0], moved.turn_rate[0]], axis=-1)
+
+
+def arc_movement(command: FloatArray, heading: FloatArray, dt: float) -> Movement:
+    """Drives without limits."""
+    endless, drives = np.full(heading.shape, 1e9), np.ones(heading.shape, dtype=np.bool_)
+    return Movement.of(command, heading, drives, endless, endless, dt)
 
 
 def test_commands_within_reach_execute_bit_for_bit() -> None:
@@ -71,7 +91,7 @@ def test_turning_on_the_spot_moves_nothing() -> None:
 def test_straight_movement_is_bit_for_bit_velocity_times_time() -> None:
     velocity = np.random.default_rng(3).normal(size=(2, 5, 2))
     part = np.random.default_rng(4).uniform(size=(2, 5))
-    moved = straight_movement(velocity, 0.2).after(part)
+    moved = Movement(velocity, np.zeros((2, 5)), 0.2).after(part)
     np.testing.assert_array_equal(moved, part[..., np.newaxis] * (velocity * 0.2))
 
 

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any, cast
 
 import gymnasium
@@ -9,6 +10,7 @@ from gymnasium.utils.env_checker import check_env
 import envs
 import safefilter as sf
 from envs.gymnasium_adapter import OneLearner
+from envs.observation_layout import ObservationLayout
 from envs.reward import RewardWeights
 from envs.scenarios import Scenario
 from safefilter.arrays import FloatArray
@@ -50,9 +52,9 @@ def test_gymnasium_accepts_it_with_filtered_others() -> None:
 
 def test_scenario_and_number_of_neighbours_can_be_chosen() -> None:
     scenario: Scenario = envs.Circle(5)
-    env = make(scenario=scenario, num_neighbours=2)
+    env = make(scenario=scenario, layout=ObservationLayout(2, 0))
     observation, _ = env.reset(seed=0)
-    assert observation.shape == (7 + 2 * 8,)
+    assert observation.shape == (9 + 2 * 9,)
     assert env.scene().num_robots == 5
 
 
@@ -112,7 +114,7 @@ def test_others_follow_the_policy_given_and_the_seed_decides_its_chance() -> Non
 
 
 def test_arrival_terminates_and_pays() -> None:
-    env = make(weights=RewardWeights(forward=0.0))
+    env = make(weights=replace(RewardWeights.sparse(), norm=0.0))
     env.reset(seed=0)
     world = env.navigation.world
     world.goal[0, 0] = world.position[0, 0] + [0.13, 0.0]
@@ -123,7 +125,7 @@ def test_arrival_terminates_and_pays() -> None:
 
 
 def test_collision_terminates_and_costs() -> None:
-    env = make(weights=RewardWeights(forward=0.0))
+    env = make(weights=replace(RewardWeights.sparse(), norm=0.0))
     env.reset(seed=0)
     world = env.navigation.world
     world.position[0, 0] = world.position[0, 2] + [0.0, 0.23]
@@ -134,10 +136,23 @@ def test_collision_terminates_and_costs() -> None:
 
 
 def test_progress_pays_by_the_metre() -> None:
-    env = make()
+    env = make(weights=RewardWeights(direction=0.0))
     env.reset(seed=0)
     _, reward, _, _, _ = env.step(to_goal(env))
     assert reward == pytest.approx(3.0 * 0.04 - 0.25, abs=1e-6)
+
+
+def test_reward_is_the_sum_of_the_terms_in_info() -> None:
+    env = make()
+    env.reset(seed=0)
+    _, reward, _, _, info = env.step(to_goal(env))
+    terms = {name: value for name, value in info.items() if name.startswith("reward_")}
+    assert reward == pytest.approx(sum(terms.values()))
+    # Straight to the goal at full speed: progress, direction and time by hand.
+    expected = {"reward_forward": 0.12, "reward_direction": np.pi, "reward_time": -0.25}
+    assert {name: value for name, value in terms.items() if value != 0.0} == pytest.approx(
+        expected, abs=1e-6
+    )
 
 
 def test_time_limit_truncates() -> None:
@@ -184,13 +199,13 @@ def test_kinematics_can_be_chosen() -> None:
 
 
 def test_drives_see_the_world_in_their_own_axes() -> None:
-    env = make("envs:CrossroadDrive-v0", num_neighbours=1)
+    env = make("envs:CrossroadDrive-v0", layout=ObservationLayout(1, 0))
     env.reset(seed=0)
     world = env.navigation.world
     world.heading[0, 0] = 1.0
     world.goal[0, 0] = world.position[0, 0] + [np.cos(1.0), np.sin(1.0)]
     observation, *_ = env.step(np.zeros(2, dtype=np.float32))
-    np.testing.assert_allclose(observation[:2], [1.0, 0.0], atol=1e-6)
+    np.testing.assert_allclose(observation[2:4], [1.0, 0.0], atol=1e-6)
 
 
 def test_filtered_drive_keeps_clear_of_walls_that_a_bare_one_hits() -> None:

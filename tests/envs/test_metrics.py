@@ -10,18 +10,8 @@ from safefilter.decision import Case, Decision
 
 
 def outcome(clearance: list[list[float]], num_contacts: int = 0) -> Outcome:
-    nobody = np.zeros_like(clearance, dtype=np.bool_)
-    return Outcome(
-        clearance=np.array(clearance),
-        wall_clearance=np.full_like(clearance, np.inf),
-        collided=nobody,
-        hit_robot=nobody,
-        hit_wall=nobody,
-        arrived=nobody,
-        num_contacts=np.array([num_contacts]),
-        over=np.array([False]),
-        timed_out=np.array([False]),
-    )
+    nothing = Outcome.empty(1, len(clearance[0]))
+    return replace(nothing, clearance=np.array(clearance), num_contacts=np.array([num_contacts]))
 
 
 def decision(index: list[int], case: list[Case], correction: list[float]) -> Decision:

@@ -6,7 +6,6 @@ import pytest
 
 from envs import AfterArrival, Circle, Crossroad, Fleet, Navigation, Outcome, Rules
 from envs.scenarios import Placement, Scenario
-from safefilter.arrays import FloatArray
 from safefilter.errors import InvalidInput, NotFinite, OutOfRange, ShapeError
 
 
@@ -17,10 +16,7 @@ class HeadOn:
     gap: float = 1.0
     num_robots: int = 3
     half_extent: float = 10.0
-
-    @property
-    def walls(self) -> FloatArray:
-        return np.zeros((0, 2, 2))
+    name: str = "head on"
 
     def place(self, rng: np.random.Generator) -> Placement:
         del rng
@@ -319,8 +315,10 @@ def test_scenes_hold_headings_and_walls() -> None:
         assert scene.heading is not None
         np.testing.assert_array_equal(scene.heading[-8:], navigation.world.heading[1])
         np.testing.assert_array_equal(
-            scene.walls[:, :4].reshape(-1, 2, 2), navigation.scenario.walls
+            scene.walls[slice(*scene.wall_range[-1]), :4].reshape(-1, 2, 2),
+            navigation.world.walls_of(1),
         )
+        assert scene.most_walls == 12
 
 
 def test_wanted_commands_reach_the_scene_as_mean_velocities() -> None:
@@ -336,3 +334,32 @@ def test_wanted_commands_reach_the_scene_as_mean_velocities() -> None:
 def test_starts_inside_walls_are_refused() -> None:
     with pytest.raises(InvalidInput, match=r"robot 0 of world 0 starts 0\.\d+ m inside a wall"):
         drives(Crossroad(is_walled=True, end_margin=0.01))
+
+
+def test_a_step_equals_a_fine_integration_of_the_unicycle() -> None:
+    navigation = drives(Circle(6), Rules(dt=0.3), num_worlds=4)
+    world, rng = navigation.world, np.random.default_rng(0)
+    num_parts = 20_000
+    middle = (np.arange(num_parts) + 0.5) / num_parts
+    for _ in range(5):
+        command = np.stack([rng.uniform(0, 0.2, (4, 6)), rng.uniform(-2.5, 2.5, (4, 6))], axis=-1)
+        place, heading = world.position.copy(), world.heading.copy()
+        angle = heading[..., np.newaxis] + command[..., 1:] * 0.3 * middle
+        mean = np.stack([np.cos(angle).mean(axis=-1), np.sin(angle).mean(axis=-1)], axis=-1)
+        navigation.step(command)
+        # The midpoint rule is off by the square of a part.
+        np.testing.assert_allclose(
+            world.position, place + 0.3 * command[..., :1] * mean, atol=1e-10
+        )
+        turned = np.angle(np.exp(1j * (heading + 0.3 * command[..., 1])))
+        np.testing.assert_allclose(world.heading, turned, atol=1e-12)
+        np.testing.assert_allclose(world.turn_rate, command[..., 1], atol=1e-12)
+
+
+def test_people_do_not_tell_what_they_want() -> None:
+    navigation = started(HeadOn())
+    navigation.world.person[0, 1] = True
+    navigation.world.velocity[0, 1] = [-0.1, 0.0]
+    wanted = navigation.scenes(np.full((1, 3, 2), 0.05)).wanted
+    assert wanted is not None
+    np.testing.assert_allclose(wanted, [[0.05, 0.05], [-0.1, 0.0], [0.05, 0.05]])

@@ -32,7 +32,7 @@ def test_recording_of_drives_holds_headings_and_walls() -> None:
     scenario = Crossroad(is_walled=True)
     navigation = Navigation(scenario, Fleet.of(8, kinematics="differential"))
     navigation.reset(0)
-    recorder = Recorder(navigation.world, 0, 0.2, walls=scenario.walls)
+    recorder = Recorder(navigation.world, 0, 0.2)
     navigation.step(np.full((1, 8, 2), 0.1))
     recorder.record()
     recording = recorder.recording()

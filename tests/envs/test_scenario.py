@@ -15,6 +15,7 @@ SCENARIOS: list[Scenario] = [
     Circle(2),
     Circle(12),
     Circle(200),
+    Circle(1000),
     Corridor(),
     Corridor(num_robots=12),
     Doorway(),
@@ -66,9 +67,9 @@ def test_starts_and_goals_are_clear_of_walls_which_are_in_the_window(
     scenario: Scenario, seed: int
 ) -> None:
     placement = place(scenario, seed)
-    assert (np.abs(scenario.walls) <= scenario.half_extent).all()
+    assert (np.abs(placement.walls) <= scenario.half_extent).all()
     for x, y in (*placement.start, *placement.goal):
-        for wall in scenario.walls:
+        for wall in placement.walls:
             distance = segment_distance(x, y, x, y, Segment(*wall.ravel()))
             assert distance > RADIUS + 0.1
 

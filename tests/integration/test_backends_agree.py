@@ -24,11 +24,9 @@ NUM_STEPS = 80
 AGREEMENT = 1e-7
 TOLERANCE = 1e-9
 # Part of the decisions that a backend must answer itself, over all courses. Those named are known to fall short where a
-# program is nearly degenerate: proxqp calls solvable programs infeasible, OSQP behind CVXPY loses Case-3, the QP solver
-# of HiGHS stops early.
+# program is nearly degenerate: OSQP runs out of iterations, the QP solver of HiGHS stops early.
 LEAST_ANSWERED = {
-    "cvxpy:OSQP": 0.55,
-    "qpsolvers:proxqp": 0.4,
+    "cvxpy:OSQP": 0.9,
     "cvxpy:HIGHS": 0.85,
     "qpsolvers:highs": 0.85,
     "qpsolvers:osqp": 0.9,
@@ -109,19 +107,6 @@ def situations(name: str) -> tuple[Situation, ...]:
     return tuple(met)
 
 
-def what_tolerance_is_worth(
-    planar: sf.SafetyFilter, scene: sf.Scene, wanted: FloatArray, decision: sf.Decision, k: int
-) -> float:
-    """How far the crossing of the two active rows moves if both are moved by the tolerances of t* and of stage two."""
-    rows = planar.half_spaces(scene, wanted)
-    places = [
-        np.flatnonzero((rows.labels[k] == label).all(axis=1) & rows.present[k])[0]
-        for label in decision.active[k]
-    ]
-    (a_x, a_y), (b_x, b_y) = rows.normals[k, places]
-    return float(4.0 * TOLERANCE / abs(a_x * b_y - a_y * b_x))
-
-
 @pytest.mark.parametrize("name", COURSES)
 def test_the_situations_are_hard(name: str) -> None:
     planar = filter_with("planar")
@@ -139,7 +124,7 @@ def test_backends_find_the_same_case_and_velocity(
     planar, other = filter_with("planar"), filter_with(backend)
     asked, answered, report = 0, 0, [f"\n{backend}:"]
     for name in COURSES:
-        num_open, num_own, num_loose, largest = 0, 0, 0, 0.0
+        num_open, num_own, largest = 0, 0, 0.0
         for scene, wanted in situations(name):
             exact, found = planar.decide(scene, wanted), other.decide(scene, wanted)
             assert found.certified.all()
@@ -151,16 +136,10 @@ def test_backends_find_the_same_case_and_velocity(
             off_by = np.abs(found.velocity - exact.velocity).max(axis=1)
             assert (off_by[~is_own] == 0.0).all()
             num_open, num_own = num_open + int(is_open.sum()), num_own + int(is_own.sum())
-            loose = np.flatnonzero(is_own & (off_by > AGREEMENT))
-            num_loose += len(loose)
-            for k in loose:
-                assert off_by[k] <= what_tolerance_is_worth(planar, scene, wanted, exact, int(k))
-            largest = max(largest, float(off_by[is_own & (off_by <= AGREEMENT)].max(initial=0.0)))
-        # Only where two rows are all but parallel is an answer within the tolerance not one velocity.
-        assert num_loose <= 1
+            assert off_by.max() <= AGREEMENT
+            largest = max(largest, float(off_by.max()))
         report.append(
-            f"{name} {num_own} of {num_open} answered, velocities within {largest:.0e} m/s, "
-            f"{num_loose} between rows all but parallel;"
+            f"{name} {num_own} of {num_open} answered, velocities within {largest:.0e} m/s;"
         )
         asked, answered = asked + num_open, answered + num_own
     with capsys.disabled():

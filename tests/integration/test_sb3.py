@@ -18,6 +18,10 @@ import safefilter as sf
 from safefilter.wrappers import SafeAction, SafePolicy
 
 FILTER = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(0.2)], sf.Holonomic(0.2))
+DRIVE_FILTER = sf.SafetyFilter(
+    [sf.PriorityORCA(2.0), sf.Separation(0.2), sf.StaticObstacles(1.0)],
+    sf.DifferentialDrive(0.2, 2.5, 0.2, tracking_error=0.02),
+)
 NUM_STEPS = 2000
 
 
@@ -52,9 +56,18 @@ def learn(env: gymnasium.Env[Any, Any]) -> tuple[PPO, list[dict[str, Any]]]:
 
 
 @pytest.mark.filterwarnings("ignore:.*different from the unwrapped version:UserWarning")
-def test_both_checkers_accept_the_filtered_environment() -> None:
-    check_env_of_gymnasium(SafeAction(crossroad(), FILTER), skip_render_check=True)
-    check_env_of_sb3(normalised(SafeAction(crossroad(), FILTER)))
+# Drives do not go backwards: commands (v, w) are not symmetric around 0.
+@pytest.mark.filterwarnings("ignore:.*symmetric and normalized space:UserWarning")
+@pytest.mark.parametrize("name", ["Crossroad", "CrossroadDrive", "CorridorDrive", "DoorwayDrive"])
+def test_both_checkers_accept_the_filtered_environment(name: str) -> None:
+    safety_filter = DRIVE_FILTER if name.endswith("Drive") else FILTER
+
+    def filtered() -> gymnasium.Env[Any, Any]:
+        env = gymnasium.make(f"envs:{name}-v0", others_filter=safety_filter)
+        return SafeAction(env, safety_filter)
+
+    check_env_of_gymnasium(filtered(), skip_render_check=True)
+    check_env_of_sb3(normalised(filtered()))
 
 
 def test_model_behind_the_filter_is_evaluated_like_any_other() -> None:

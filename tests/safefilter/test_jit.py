@@ -20,7 +20,7 @@ from numba.core.caching import CompileResultCacheImpl
 
 import safefilter
 from safefilter.arrays import FloatArray
-from safefilter.jit import array_formula, formula, kernel, source_digest, source_of
+from safefilter.jit import array_formula, formula, kernel, package_of, source_digest, source_of
 
 PACKAGE = Path(safefilter.__file__).parent
 numba_config: Any = numba.config  # numba's types know no settings
@@ -95,6 +95,31 @@ def test_digest_changes_with_a_new_file(tmp_path: Path) -> None:
     package = copy_of_package(tmp_path)
     (package / "constraints" / "another.py").write_text("# another file\n", encoding="utf-8")
     assert digest_of(package) != source_digest()
+
+
+def test_the_package_of_a_file_is_the_outermost_one(tmp_path: Path) -> None:
+    inner = tmp_path / "outer" / "inner"
+    inner.mkdir(parents=True)
+    for folder in (inner, inner.parent):
+        (folder / "__init__.py").touch()
+    assert package_of(inner / "kernel.py") == inner.parent
+    assert package_of(PACKAGE / "batch" / "decide.py") == PACKAGE
+    assert package_of(tmp_path / "script.py") == PACKAGE
+
+
+@compiled_only
+def test_kernels_of_another_package_are_keyed_by_its_sources_too(tmp_path: Path) -> None:
+    (tmp_path / "world").mkdir()
+    (tmp_path / "world" / "__init__.py").touch()
+    source = "from safefilter.jit import kernel\n\n@kernel\ndef one() -> int:\n    return 1\n"
+    keys = []
+    for number in range(2):
+        (tmp_path / "world" / "one.py").write_text(source, encoding="utf-8")
+        (tmp_path / "world" / "formula.py").write_text(f"# {number}\n", encoding="utf-8")
+        source_digest.cache_clear()
+        cache: Any = loaded(tmp_path / "world" / "one.py").one._cache
+        keys.append(cache._index_key((), numba.core.registry.cpu_target.target_context.codegen()))
+    assert keys[0] != keys[1]
 
 
 @pytest.mark.stress

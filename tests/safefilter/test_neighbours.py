@@ -16,6 +16,7 @@ from safefilter.neighbours import (
     ALL_PAIRS_LIMIT,
     CELL_MARGIN,
     MAX_CELL,
+    blocks_of,
     bucket,
     cell_along,
     find_neighbours,
@@ -62,7 +63,9 @@ def crowds(draw: st.DrawFn) -> tuple[FloatArray, IntArray, float]:
         # A lattice of half the reach: distances, and borders of cells, are met exactly.
         position = np.round(2.0 * position / reach) * (reach / 2.0)
     worlds = draw(st.sampled_from((1, 3)))
-    return position, rng.integers(0, worlds, num_robots), reach
+    world = rng.integers(0, worlds, num_robots)
+    # Worlds one after the other are searched each for itself; so are small ones among them.
+    return position, np.sort(world) if draw(st.booleans()) else world, reach
 
 
 @given(crowd=crowds())
@@ -192,3 +195,17 @@ def test_order_is_always_the_same() -> None:
     world = np.zeros(80, dtype=np.int64)
     one, other = find_neighbours(position, world, 1.0), find_neighbours(position, world, 1.0)
     np.testing.assert_array_equal(one[1], other[1])
+
+
+@given(st.lists(st.tuples(st.integers(1, 9), st.booleans()), min_size=1, max_size=30))
+def test_blocks_are_cut_where_no_world_is(sizes: list[tuple[int, bool]]) -> None:
+    # Worlds of some robots each, some of them with a robot of a world of its own among them.
+    world, expected = [], [0]
+    for number, (size, has_stray) in enumerate(sizes):
+        world += [10 * number] * size + ([10 * number + 1, 10 * number] if has_stray else [])
+        expected.append(len(world))
+    assert blocks_of(np.array(world)).tolist() == expected
+
+
+def test_nobody_makes_no_block() -> None:
+    assert blocks_of(np.zeros(0, dtype=np.int64)).tolist() == [0]

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import safefilter as sf
-from safefilter.outlines import shared_walls
+from safefilter import Holonomic, Lidar, SafetyFilter, Scene, Separation
+from safefilter.errors import InvalidInput, OutOfRange, ShapeError
+from safefilter.outlines import OwnWalls, shared_walls
 
 U_SHAPE = [(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)]
 
@@ -46,3 +48,63 @@ def test_a_robot_driven_into_the_pocket_of_a_u_stays_out_of_its_walls() -> None:
             part = np.clip((position[0] - start) @ along / (along @ along), 0.0, 1.0)
             assert np.hypot(*(start + part * along - position[0])) >= 0.2
     assert position[0, 1] < 1.6  # it did go in
+
+
+def test_own_walls_hand_each_robot_those_of_its_range() -> None:
+    walls = np.arange(12.0).reshape(3, 2, 2)
+    own = OwnWalls.of(walls, [[0, 2], [0, 2], [2, 3], [3, 3]])
+    assert own.most == 2
+    np.testing.assert_array_equal(own.walls[:, :4].reshape(3, 2, 2), walls)
+    assert (own.walls[:, 4] == 0.0).all()
+
+
+def test_robots_of_two_worlds_keep_clear_of_their_own_walls_only() -> None:
+    # The same places in two worlds: a wall right ahead in the first one only.
+    own = OwnWalls.of([[[0.15, -1.0], [0.15, 1.0]]], [[0, 1], [1, 1]])
+    scene = Scene.from_world(np.zeros((2, 2)), np.zeros((2, 2)), 0.1, world=[0, 1], own_walls=own)
+    wanted = np.full((2, 2), [0.5, 0.0])
+    decision = SafetyFilter([Separation(0.2)], Holonomic(1.0)).decide(scene, wanted)
+    assert decision.action[0, 0] * 0.2 <= 0.05
+    np.testing.assert_array_equal(decision.action[1], wanted[1])
+
+
+def test_shared_walls_stand_before_those_of_each_robot() -> None:
+    own = OwnWalls.of([[[5.0, 0.0], [6.0, 0.0]]], [[0, 1]])
+    scene = Scene.from_world(
+        [[0.0, 0.0]], [[0.0, 0.0]], 0.1, walls=[[[1.0, 0.0], [2.0, 0.0]]], own_walls=own
+    )
+    assert (scene.num_shared_walls, scene.most_walls) == (1, 2)
+    assert scene.wall_range.tolist() == [[1, 2]]
+
+
+@pytest.mark.parametrize(
+    ("ranges", "error", "message"),
+    [
+        (
+            [[0, 2]],
+            OutOfRange,
+            r"own_walls of robot 0: expected a range within 0 to 1, got \[0, 2\]",
+        ),
+        ([[1, 0]], OutOfRange, "own_walls of robot 0: expected a range within"),
+        ([0, 1], ShapeError, r"expected a range of integers a robot, shape \(N, 2\)"),
+        ([[0.0, 1.0]], ShapeError, "got float64"),
+    ],
+)
+def test_ranges_that_leave_the_walls_are_refused(
+    ranges: list[list[int]], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        OwnWalls.of([[[5.0, 0.0], [6.0, 0.0]]], ranges)
+
+
+def test_ranges_of_another_number_of_robots_are_refused() -> None:
+    with pytest.raises(ShapeError, match="ranges of 2 robots, but the scene has 1"):
+        Scene.from_world([[0.0, 0.0]], [[0.0, 0.0]], 0.1, own_walls=OwnWalls.none(2))
+
+
+def test_a_map_of_ones_own_and_scans_exclude_each_other() -> None:
+    scan = Lidar.scan(np.full((1, 16), 1.0))
+    with pytest.raises(InvalidInput, match="drop own_walls= or lidar="):
+        Scene.from_world(
+            [[0.0, 0.0]], [[0.0, 0.0]], 0.1, heading=0.0, lidar=scan, own_walls=OwnWalls.none(1)
+        )

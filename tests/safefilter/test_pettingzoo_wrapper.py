@@ -1,5 +1,6 @@
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,6 @@ import numpy.typing as npt
 import pytest
 from gymnasium.spaces import Box
 from pettingzoo import ParallelEnv
-from pettingzoo.test import parallel_api_test, parallel_seed_test
 from pettingzoo.utils import BaseParallelWrapper
 
 import safefilter as sf
@@ -21,6 +21,11 @@ from safefilter.errors import (
     WrapperOrderError,
 )
 from safefilter.wrappers import SafeParallelEnv
+
+with warnings.catch_warnings():
+    # Where pygame is installed, its test package imports games of its own in a way that it calls deprecated.
+    warnings.simplefilter("ignore", DeprecationWarning)
+    from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 ROOT = Path(__file__).parents[2]
 DT, RADIUS = 0.2, 0.1

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from safefilter.backends.planar_kernel import Rows, is_nearest, is_proof
+from safefilter.backends.planar_kernel import Rows
+from safefilter.backends.planar_kernel_checks import is_nearest, is_proof
 
 TOLERANCE = 1e-9
 BOX = [(1.0, 0.0, -0.5), (0.0, 1.0, -0.5), (-1.0, 0.0, -0.5), (0.0, -1.0, -0.5)]

@@ -16,15 +16,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.backends.planar_kernel import (
-    CONTRADICTION,
-    SOLVED,
-    Rows,
-    is_nearest,
-    is_proof,
-    least_violation,
-    project,
-)
+from safefilter.backends.planar_kernel import CONTRADICTION, SOLVED, Rows, least_violation, project
+from safefilter.backends.planar_kernel_checks import is_nearest, is_proof
 from safefilter.jit import kernel
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.testing.exact_oracle import exact_least_violation, exact_nearest
@@ -100,9 +93,9 @@ class Answer(NamedTuple):
     is_proved: bool
 
 
-def answer(rows: list[Row], wanted: FloatArray) -> Answer:
+def answer(rows: list[Row], wanted: FloatArray, num_hard: int = 4) -> Answer:
     array = np.array(rows).T[None].copy()
-    numbers, flags = answers(array, wanted[None], num_hard=4, radius=1.0)
+    numbers, flags = answers(array, wanted[None], num_hard=num_hard, radius=1.0)
     status, is_near, is_proved = flags[0].tolist()
     return Answer(
         numbers[0, :2],
@@ -200,7 +193,29 @@ def test_the_least_violation_of_almost_parallel_rows_is_the_exact_one(
         )
     )
     assert corner is not None
-    assert answer(rows, wanted).least == pytest.approx(float(corner[2]), abs=TOLERANCE)
+    assert answer(rows, wanted).least == pytest.approx(float(corner[2]), abs=2e-12)
+
+
+def test_a_side_far_along_two_rows_that_are_almost_back_to_back_decides() -> None:
+    """From a crossing of two rows of robots: t* on another side is less than the tolerance away, the point 3 mm/s."""
+    sides = [
+        (math.cos(angle), math.sin(angle), offset)
+        for angle, offset in ((-1.8162, -0.19971), (-1.3254, -0.19976))
+    ]
+    rows = [*BOX, *sides, (1.0, 1.79035006e-07, -0.04374), (-1.0, 8.83191678e-08, 0.044205)]
+    found = answer(rows, np.array([-0.2, 0.0]), num_hard=len(rows) - 2)
+    assert found.is_proved
+    array = np.array(rows)
+    hard = np.arange(len(rows)) < len(rows) - 2
+    program = ConvexProgram(
+        P=np.zeros((3, 3)),
+        q=np.array([0.0, 0.0, 1.0]),
+        G=np.column_stack([-array[:, :2], np.where(hard, 0.0, -1.0)]),
+        h=-array[:, 2],
+    )
+    corner = exact_least_violation(program)
+    assert corner is not None
+    assert found.least == pytest.approx(float(corner[2]), abs=1e-16)
 
 
 @pytest.mark.parametrize("apart", [10.0**-k for k in range(3, 13)])

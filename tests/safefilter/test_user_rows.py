@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.linear_constraint import LinearConstraint
-from safefilter.constraints.user_rows import user_rows
+from safefilter.constraints.user_rows import NO_USER_ROWS, user_rows
 from safefilter.errors import ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.scene import Scene
@@ -106,12 +106,11 @@ def test_a_hard_row_that_permits_standing_still_is_a_budget() -> None:
     assert [row[2] for row in found] == [0.0, -0.1, 0.1]
 
 
-def test_no_constraint_makes_no_rows() -> None:
-    packed = user_rows({}, SCENE, np.zeros((2, 2)), np.arange(2))
-    assert packed.array.shape == (2, 3, 0)
-    assert packed.label.shape == (2, 2, 0)
-    assert packed.label.dtype == np.int64
-    assert not packed.count.any()
+def test_no_constraint_makes_no_rows_whatever_the_batch() -> None:
+    for batch in (1, 2):
+        packed = user_rows({}, SCENE, np.zeros((batch, 2)), np.arange(batch))
+        assert packed is NO_USER_ROWS
+    assert NO_USER_ROWS.array.shape[2] == NO_USER_ROWS.label.shape[2] == 0
 
 
 def test_constraints_are_asked_for_the_robots_of_the_decisions() -> None:

@@ -1,0 +1,100 @@
+"""Odometry: what a robot remembers of its own way. It needs no map, no other robot and no sensor but its wheels.
+
+Letters: W worlds, N robots a world, T moments. SI units.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from envs.step_kernel import RobotArrays
+from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.jit import kernel
+
+LAGS = (1.0, 3.0, 6.0, 12.0, 24.0)
+"""Times ago at which a robot recalls where it was, in s."""
+
+
+class OdometryArrays(NamedTuple):
+    """For kernels.
+
+    Attributes:
+        past: Own positions of the last T moments, the one of step t at t modulo T, shape (W, N, T, 2), in m.
+        nearest: Least distance to the goal so far, shape (W, N), in m.
+        nearest_step: Step at which that was, shape (W, N).
+        lag_steps: `LAGS` in steps, shape (5,).
+    """
+
+    past: npt.NDArray[np.float32]
+    nearest: FloatArray
+    nearest_step: IntArray
+    lag_steps: IntArray
+
+
+class Odometry:
+    """The memory of all robots.
+
+    Attributes:
+        arrays: For kernels.
+    """
+
+    def __init__(self, num_worlds: int, num_robots: int, dt: float, *, is_used: bool) -> None:
+        """Make room.
+
+        Args:
+            num_worlds: Number of worlds W.
+            num_robots: Number of robots N.
+            dt: Duration of a step, in s.
+            is_used: Whether anything is remembered at all.
+        """
+        steps = np.round(np.array(LAGS) / dt).astype(np.int64)
+        num_moments = int(steps.max()) + 1 if is_used else 0
+        self._is_used = is_used
+        self.arrays = OdometryArrays(
+            past=np.zeros((num_worlds, num_robots, num_moments, 2), dtype=np.float32),
+            nearest=np.zeros((num_worlds, num_robots)),
+            nearest_step=np.zeros((num_worlds, num_robots), dtype=np.int64),
+            lag_steps=steps,
+        )
+
+    def restart(self, robots: RobotArrays, chosen: BoolArray) -> None:
+        """Forget: some robots have always been where they are now.
+
+        Args:
+            robots: State.
+            chosen: Shape (W, N).
+        """
+        if not self._is_used or not chosen.any():
+            return
+        arrays = self.arrays
+        arrays.past[chosen] = robots.position[chosen][:, np.newaxis]
+        offset = robots.goal[chosen] - robots.position[chosen]
+        arrays.nearest[chosen] = np.hypot(offset[:, 0], offset[:, 1])
+        count = np.broadcast_to(robots.step_count[:, np.newaxis], chosen.shape)
+        arrays.nearest_step[chosen] = count[chosen]
+
+    def update(self, robots: RobotArrays) -> None:
+        """Remember where the last step has led to."""
+        if self._is_used:
+            _remember(robots, self.arrays)
+
+
+@kernel
+def _remember(robots: RobotArrays, odometry: OdometryArrays) -> None:
+    num_moments = odometry.past.shape[2]
+    for w in range(odometry.past.shape[0]):
+        slot = robots.step_count[w] % num_moments
+        for i in range(odometry.past.shape[1]):
+            odometry.past[w, i, slot, 0] = robots.position[w, i, 0]
+            odometry.past[w, i, slot, 1] = robots.position[w, i, 1]
+            distance = math.hypot(
+                robots.goal[w, i, 0] - robots.position[w, i, 0],
+                robots.goal[w, i, 1] - robots.position[w, i, 1],
+            )
+            if distance < odometry.nearest[w, i]:
+                odometry.nearest[w, i] = distance
+                odometry.nearest_step[w, i] = robots.step_count[w]

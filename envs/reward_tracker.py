@@ -1,0 +1,82 @@
+"""From the world before and after a step to what is rewarded: remembers what the world itself does not.
+
+Letters: W worlds, N robots a world. SI units.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from envs.outcome import Outcome
+from envs.reward import Reward, RewardWeights, reward
+from envs.transition import Transition, end_of_step
+from envs.world import World
+from safefilter.arrays import FloatArray
+
+
+class RewardTracker:
+    """Rewards of all robots of all worlds, step by step.
+
+    Call `remember` before each step and `reward` after it. A world that was reset in between starts a new episode.
+
+    Attributes:
+        weights: What is paid for.
+    """
+
+    def __init__(self, weights: RewardWeights | None = None) -> None:
+        """Remember nothing yet.
+
+        Args:
+            weights: What is paid for; None: the defaults.
+        """
+        self.weights = RewardWeights() if weights is None else weights
+        self._course = np.zeros((0, 0, 2))
+
+    def remember(self, world: World) -> None:
+        """Take note of the moment before a step."""
+        if self._course.shape != world.position.shape:
+            self._course = np.zeros_like(world.position)
+        # Placed or reborn just now.
+        self._course[world.cycle_start == world.step_count[:, np.newaxis]] = 0.0
+        self._before = world.position.copy()
+        self._under_way = world.active.copy()
+
+    def reward(
+        self, world: World, outcome: Outcome, correction: FloatArray | None = None
+    ) -> Reward:
+        """Pay for the step since `remember`.
+
+        Args:
+            world: The world after it.
+            outcome: What it did.
+            correction: How far a filter moved the velocities, shape (W, N), in m/s; None without one.
+
+        Returns:
+            Reward of each robot, term by term.
+        """
+        shape = outcome.arrived.shape
+        step = Transition(
+            start=world.start,
+            before=self._before,
+            position=end_of_step(world, outcome),
+            velocity=world.velocity,
+            facing=self._facing(world),
+            goal=world.goal,
+            v_max=world.v_max,
+            present=world.present & ~world.person,
+            under_way=self._under_way,
+            arrived=outcome.arrived,
+            hit_robot=outcome.hit_robot,
+            hit_wall=outcome.hit_wall,
+            timed_out=np.broadcast_to(outcome.timed_out[:, np.newaxis], shape),
+            correction=np.zeros(shape) if correction is None else correction,
+        )
+        return reward(step, self.weights)
+
+    def _facing(self, world: World) -> FloatArray:
+        """Headings of drives; courses of holonomic robots, which keep their last one at rest."""
+        if world.is_differential:
+            return np.stack([np.cos(world.heading), np.sin(world.heading)], axis=-1)
+        speed = np.hypot(world.velocity[..., 0], world.velocity[..., 1])[..., np.newaxis]
+        np.divide(world.velocity, speed, out=self._course, where=speed > 0.0)
+        return self._course.copy()

@@ -1,0 +1,208 @@
+"""Maps of towns: streets on a grid between blocks, from mazes to wide crossings, with traps in the way.
+
+A map has square cells. Some are *blocks*, built over; between the others some walls stand. A spanning tree of open
+sides keeps every cell within reach; how many of the other walls are open tells a maze, with its dead ends, from a net
+of streets. *Traps* are U shapes in the middle of a cell, that robots have to get round; *deep* ones take up two cells.
+
+Letters: C cells, S walls. SI units; x points east, y north; cells are numbered row by row from the south-west.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, shortest_path
+
+from envs.scenarios.shapes import box, u_shape
+from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
+
+PITCH = 1.3
+"""Side of a cell, in m."""
+THICKNESS = 0.15
+"""Of walls, in m: more than a lidar of 360 beams needs at 3.5 m (`Lidar.least_thickness`: 0.086 m)."""
+TRAP_WIDTH = 0.36
+"""Width inside of a trap, in m. On each side 0.29 m are left to walls, for robots of 0.21 m."""
+TRAP_THICKNESS = 0.1
+"""Of the walls of traps, in m."""
+SHALLOW = (0.25, 0.4)
+"""Depths of traps, in m: from the least to the greatest."""
+DEEP = (0.8, 1.2)
+"""Depths of deep traps, in m."""
+BLOCK_SHARE = 0.15
+"""Part of the cells that are built over, at most."""
+TRAP_SHARE = 0.2
+"""Part of the cells that hold traps, at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TownMap:
+    """One map.
+
+    Attributes:
+        size: Cells along each side.
+        walls: Segments, shape (S, 2, 2), in m.
+        centres: Of all cells, shape (C, 2), in m.
+        streets: Cells without block or trap, in which robots may start and end, ascending.
+        hops: Cells from each to each, shape (C, C); infinite from and to blocks.
+        before: Cell before the last on a shortest way from the first to the second index, shape (C, C).
+    """
+
+    size: int
+    walls: FloatArray
+    centres: FloatArray
+    streets: IntArray
+    hops: FloatArray
+    before: IntArray
+
+    def way(self, start: int, goal: int) -> list[int]:
+        """Cells of a shortest way, ends included."""
+        cells = [goal]
+        while cells[-1] != start:
+            cells.append(int(self.before[start, cells[-1]]))
+        return cells[::-1]
+
+
+@lru_cache(maxsize=1024)
+def town_map(number: int, size: int, *, has_deep_traps: bool) -> TownMap:
+    """Draw a map; the same numbers give the same map.
+
+    Args:
+        number: Which one.
+        size: Cells along each side, at least 2.
+        has_deep_traps: May traps take up two cells?
+    """
+    rng = np.random.default_rng([number, size])
+    sides = _sides(size)
+    blocks = _blocks(rng, size, sides)
+    inner = sides[~np.isin(sides, blocks).any(axis=1)]
+    is_open = _opened(rng, size, inner)
+    traps, shapes = _traps(rng, size, inner[is_open], blocks, has_deep_traps=has_deep_traps)
+    graph = _graph(inner[is_open], size * size)
+    hops, before = shortest_path(graph, directed=False, unweighted=True, return_predecessors=True)
+    border = (size * PITCH - THICKNESS) / 2.0
+    room = box((-border, -border), (border, border))
+    blocked = [*(_block_walls(block, size) for block in blocks), *_wall_runs(inner[~is_open], size)]
+    # What reaches into the walls around the town ends at them.
+    inside = [np.clip(walls, -border, border) for walls in blocked]
+    walls = np.concatenate([room, *inside, *shapes])
+    return TownMap(
+        size=size,
+        walls=frozen(walls),
+        centres=frozen(_centres(np.arange(size * size), size)),
+        streets=frozen(np.setdiff1d(np.arange(size * size), [*blocks, *traps])),
+        hops=frozen(hops),
+        before=frozen(before.astype(np.int64)),
+    )
+
+
+def _centres(cells: IntArray, size: int) -> FloatArray:
+    row, column = np.divmod(cells, size)
+    return np.stack([column, row], axis=-1) * PITCH - (size - 1) * PITCH / 2.0
+
+
+def _sides(size: int) -> IntArray:
+    """Pairs of cells that share a side, shape (2 size (size - 1), 2)."""
+    number = np.arange(size * size).reshape(size, size)
+    beside = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1)
+    above = np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1)
+    return np.concatenate([beside, above])
+
+
+def _graph(sides: IntArray, num_cells: int) -> csr_array:
+    return csr_array((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), (num_cells, num_cells))
+
+
+def _blocks(rng: np.random.Generator, size: int, sides: IntArray) -> list[int]:
+    """Cells to build over, such that the others stay within reach of each other."""
+    blocks: list[int] = []
+    most = rng.integers(0, int(BLOCK_SHARE * size * size) + 1)
+    for cell in rng.permutation(size * size)[:most].tolist():
+        tried = [*blocks, cell]
+        rest = sides[~np.isin(sides, tried).any(axis=1)]
+        num_parts, _ = connected_components(_graph(rest, size * size), directed=False)
+        # Every block is a part of its own.
+        if num_parts == len(tried) + 1:
+            blocks = tried
+    return blocks
+
+
+def _opened(rng: np.random.Generator, size: int, sides: IntArray) -> BoolArray:
+    """Which sides are open: a random spanning tree, by Kruskal's algorithm, and a part of the others."""
+    part_of = np.arange(size * size)
+    share = rng.uniform(0.05, 1.0)
+    is_open = rng.uniform(size=len(sides)) < share
+    for number in rng.permutation(len(sides)).tolist():
+        first, second = part_of[sides[number]]
+        if first != second:
+            part_of[part_of == second] = first
+            is_open[number] = True
+    return is_open
+
+
+def _traps(
+    rng: np.random.Generator,
+    size: int,
+    open_sides: IntArray,
+    blocks: list[int],
+    *,
+    has_deep_traps: bool,
+) -> tuple[list[int], list[FloatArray]]:
+    """Cells that hold traps, and the traps' outlines."""
+    taken: list[int] = []
+    shapes: list[FloatArray] = []
+    most = rng.integers(1, max(1, int(TRAP_SHARE * size * size)) + 1)
+    if has_deep_traps and len(open_sides):
+        pair = open_sides[rng.integers(len(open_sides))]
+        middle = _centres(pair, size).mean(axis=0)
+        axis = 0.0 if abs(pair[1] - pair[0]) == 1 else 0.5 * math.pi
+        shapes.append(_trap(rng, middle, axis + math.pi * rng.integers(2), DEEP))
+        taken += pair.tolist()
+    for cell in rng.permutation(np.setdiff1d(np.arange(size * size), blocks)).tolist():
+        if len(taken) >= most:
+            break
+        if cell not in taken:
+            opens = 0.5 * math.pi * rng.integers(4)
+            shapes.append(_trap(rng, _centres(np.array(cell), size), opens, SHALLOW))
+            taken.append(cell)
+    return taken, shapes
+
+
+def _trap(
+    rng: np.random.Generator, centre: FloatArray, opens: float, depths: tuple[float, float]
+) -> FloatArray:
+    depth = rng.uniform(*depths)
+    # The outline reaches from a thickness behind the back to the mouth; its middle goes to the centre.
+    back = (depth - TRAP_THICKNESS) / 2.0
+    at = (centre[0] - back * math.cos(opens), centre[1] - back * math.sin(opens))
+    return u_shape(at, opens=opens, width=TRAP_WIDTH, depth=depth, thickness=TRAP_THICKNESS)
+
+
+def _block_walls(block: int, size: int) -> FloatArray:
+    x, y = _centres(np.array(block), size)
+    reach = (PITCH + THICKNESS) / 2.0
+    return box((x - reach, y - reach), (x + reach, y + reach))
+
+
+def _wall_runs(closed: IntArray, size: int) -> list[FloatArray]:
+    """Walls on closed sides, those in a row as one box."""
+    by_line: dict[tuple[bool, int], list[int]] = {}
+    for first, second in closed.tolist():
+        row, column = divmod(first, size)
+        is_upright = second == first + 1
+        line, place = (column, row) if is_upright else (row, column)
+        by_line.setdefault((is_upright, line), []).append(place)
+    boxes = []
+    for (is_upright, line), places in by_line.items():
+        across = (line + 1) * PITCH - size * PITCH / 2.0
+        for run in np.split(np.sort(places), np.flatnonzero(np.diff(np.sort(places)) > 1) + 1):
+            start = run[0] * PITCH - size * PITCH / 2.0 - THICKNESS / 2.0
+            end = (run[-1] + 1) * PITCH - size * PITCH / 2.0 + THICKNESS / 2.0
+            near, far = across - THICKNESS / 2.0, across + THICKNESS / 2.0
+            boxes.append(
+                box((near, start), (far, end)) if is_upright else box((start, near), (end, far))
+            )
+    return boxes

@@ -1,0 +1,111 @@
+"""YAML that remembers lines: values as plain Python, and where in the file each stands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self, cast
+
+import yaml
+
+from safefilter.errors import InvalidInput
+
+
+class ScenarioFileError(InvalidInput):
+    """A scenario file cannot be used; the message names file, line and reason, one line for each fault."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class YamlFile:
+    """One parsed file.
+
+    Attributes:
+        path: Of the file.
+        content: What it says, as dicts, lists, strings and numbers.
+        root: Its nodes, which know their lines.
+    """
+
+    path: Path
+    content: Any
+    root: yaml.Node
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Parse a file.
+
+        Raises:
+            ScenarioFileError: If the file cannot be read, is not YAML, is empty, or says a key twice.
+        """
+        try:
+            text = path.read_text(encoding="utf-8")
+            loader = yaml.SafeLoader(text)
+            root = loader.get_single_node()
+            if root is None:
+                raise ScenarioFileError(f"{path}:1: the file is empty; expected a mapping")
+            # First, for it refuses keys that are no scalars.
+            content = loader.construct_document(root)
+            twice = _key_said_twice(root)
+            if twice is not None:
+                raise ScenarioFileError(
+                    f"{path}:{twice.start_mark.line + 1}: {twice.value}: said before in the same mapping"
+                )
+            return cls(path, content, root)
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            line = 1 if mark is None else mark.line + 1
+            raise ScenarioFileError(f"{path}:{line}: not YAML: {error.problem}") from None
+        except yaml.YAMLError as error:
+            raise ScenarioFileError(f"{path}:1: not YAML: {error}") from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise ScenarioFileError(f"{path}: cannot be read: {error}") from None
+
+    def find(self, keys: Sequence[int | str]) -> tuple[int, list[int | str]]:
+        """Look up where a value stands.
+
+        Args:
+            keys: Keys and indices from the root to the value. Those that are not in the file are passed over, but
+                for the last: a missing key is looked up where it is missing.
+
+        Returns:
+            Its line, from 1 on, and the keys that lead there.
+        """
+        node, line, found = self.root, self.root.start_mark.line, []
+        for place, key in enumerate(keys):
+            below = _child(node, key)
+            if below is not None:
+                line, node = below[0].start_mark.line, below[1]
+            if below is not None or place == len(keys) - 1:
+                found.append(key)
+        return line + 1, found
+
+
+def _child(node: yaml.Node, key: int | str) -> tuple[yaml.Node, yaml.Node] | None:
+    """The node to point at, and the value, of one key or index."""
+    if isinstance(node, yaml.MappingNode):
+        return next(((name, value) for name, value in node.value if name.value == key), None)
+    if isinstance(node, yaml.SequenceNode) and isinstance(key, int) and key < len(node.value):
+        return node.value[key], node.value[key]
+    return None
+
+
+def _key_said_twice(root: yaml.Node) -> yaml.Node | None:
+    """PyYAML takes the last of equal keys in silence, and so half of a file could be lost."""
+    # An alias is the same node again, maybe inside of itself.
+    waiting, looked_at = [root], {id(root)}
+    while waiting:
+        node = waiting.pop()
+        children: list[yaml.Node] = []
+        if isinstance(node, yaml.MappingNode):
+            seen: set[str] = set()
+            for name, value in node.value:
+                if name.value in seen:
+                    return cast("yaml.Node", name)
+                seen.add(name.value)
+                children.append(value)
+        elif isinstance(node, yaml.SequenceNode):
+            children = node.value
+        fresh = [child for child in children if id(child) not in looked_at]
+        looked_at.update(map(id, fresh))
+        waiting += fresh
+    return None

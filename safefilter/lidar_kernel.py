@@ -1,0 +1,222 @@
+"""From ranges to walls: who masks a return, how near there may be wall in each gap, and the points that say so.
+
+The reasons are those of `lidar`. Letters: N robots, K beams. m, rad.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.jit import formula, kernel
+
+# A return this close to a known robot's rim may be that robot's: sensor and pose noise of a few centimetres, in m.
+MASK_MARGIN = 0.03
+# A return this close to it is that robot's: ranges may come in single precision, in m.
+RIM_TOLERANCE = 1e-6
+
+
+@formula
+def is_held(x: float, y: float, c_x: float, c_y: float, other_radius: float) -> bool:
+    """Does the row of the robot at c hold the way to (x, y), all as seen from the robot that scans?"""
+    distance = math.hypot(c_x, c_y)
+    return x * c_x + y * c_y >= distance * (distance - other_radius)
+
+
+@formula
+def is_masked(
+    x: float, y: float, c_x: float, c_y: float, other_radius: float, margin_part: float
+) -> bool:
+    """Is a return another robot's own, or near to its rim and held by its row, with what may stick out beside it?
+
+    Args:
+        x: Return, in m, as seen from the robot that scans.
+        y: Return, in m.
+        c_x: Centre of the other robot, in m.
+        c_y: Centre of the other robot, in m.
+        other_radius: Its radius, in m.
+        margin_part: 1 less the margin at a distance of 1 m.
+    """
+    off_rim = math.hypot(x - c_x, y - c_y) - other_radius
+    if abs(off_rim) <= RIM_TOLERANCE:
+        return True
+    return off_rim <= MASK_MARGIN and is_held(
+        margin_part * x, margin_part * y, c_x, c_y, other_radius
+    )
+
+
+@formula
+def is_gap_held(
+    unit: FloatArray,
+    k: int,
+    after: int,
+    nearest: float,
+    c_x: float,
+    c_y: float,
+    other_radius: float,
+) -> bool:
+    """Does the row of the robot at c hold all of a gap from the range ``nearest`` on?"""
+    return is_held(nearest * unit[k, 0], nearest * unit[k, 1], c_x, c_y, other_radius) and is_held(
+        nearest * unit[after, 0], nearest * unit[after, 1], c_x, c_y, other_radius
+    )
+
+
+@formula
+def nearest_in_gap(
+    i: int,
+    k: int,
+    after: int,
+    ranges: FloatArray,
+    unit: FloatArray,
+    masker: IntArray,
+    position: FloatArray,
+    radius: FloatArray,
+    margin_part: float,
+) -> float:
+    """Range of the nearer return beside the gap from beam k on, in m; infinite if no row is needed for it."""
+    nearest: float = min(ranges[i, k], ranges[i, after])
+    furthest: float = max(ranges[i, k], ranges[i, after])
+    # Beside a masked return alone, or between two masked by one robot, there is that robot, and walls behind it.
+    is_masked_by_one = masker[k] == masker[after] or not math.isfinite(furthest)
+    if not math.isfinite(nearest) or (max(masker[k], masker[after]) >= 0 and is_masked_by_one):
+        return math.inf
+    for beam in (k, after):
+        j = masker[beam]
+        if j >= 0:
+            c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+            if is_gap_held(unit, k, after, margin_part * nearest, c_x, c_y, radius[j]):
+                return math.inf
+    return nearest
+
+
+@formula
+def half_width(distance: float, radius: float, step: float, num_beams: int) -> int:
+    """Number of beams, on each side of the one nearest to a disc's centre, that can hit the disc."""
+    if distance <= radius:
+        return num_beams
+    return int(math.asin(radius / distance) / step) + 1
+
+
+@formula
+def mask_returns(
+    i: int,
+    first: int,
+    last: int,
+    first_angle: float,
+    ranges: FloatArray,
+    unit: FloatArray,
+    masker: IntArray,
+    position: FloatArray,
+    radius: FloatArray,
+    world: IntArray,
+    margin_part: float,
+) -> None:
+    """Write who among robots [first, last) masks each return of robot i: the number of a robot, or -1."""
+    masker[:] = -1
+    num_beams = len(masker)
+    step = 2.0 * math.pi / num_beams
+    for j in range(first, last):
+        if j == i or world[j] != world[i]:
+            continue
+        c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+        # Only beams near to the robot can hit it.
+        middle = round((math.atan2(c_y, c_x) - first_angle) / step)
+        beside = half_width(math.hypot(c_x, c_y), radius[j] + MASK_MARGIN, step, num_beams)
+        for number in range(middle - beside, min(middle + beside + 1, middle - beside + num_beams)):
+            k = number % num_beams
+            distance = ranges[i, k]
+            if math.isfinite(distance) and is_masked(
+                distance * unit[k, 0], distance * unit[k, 1], c_x, c_y, radius[j], margin_part
+            ):
+                masker[k] = j
+
+
+@kernel
+def find_walls(
+    first: int,
+    last: int,
+    ranges: FloatArray,
+    angles: FloatArray,
+    position: FloatArray,
+    heading: FloatArray,
+    radius: FloatArray,
+    world: IntArray,
+    blocks: IntArray,
+    margin_part: float,
+    nearest: FloatArray,
+) -> None:
+    """Write for robots [first, last) the range at which there may be wall on each beam, infinite for none.
+
+    Args:
+        first: First robot.
+        last: One past the last robot.
+        ranges: Scans, infinite where nothing came back, shape (N, K).
+        angles: Of the beams, shape (K,).
+        position: Shape (N, 2).
+        heading: Shape (N,).
+        radius: Shape (N,).
+        world: Shape (N,).
+        blocks: Robots of one world lie within one of them; see `blocks_of`.
+        margin_part: 1 less the margin at a distance of 1 m.
+        nearest: Out, shape (N, K).
+    """
+    num_beams = len(angles)
+    unit, masker = np.empty((num_beams, 2)), np.empty(num_beams, dtype=np.int64)
+    block = np.searchsorted(blocks, first, side="right") - 1
+    for i in range(first, last):
+        while blocks[block + 1] <= i:
+            block += 1
+        for k in range(num_beams):
+            direction = heading[i] + angles[k]
+            unit[k, 0], unit[k, 1] = math.cos(direction), math.sin(direction)
+        mask_returns(
+            i,
+            blocks[block],
+            blocks[block + 1],
+            heading[i] + angles[0],
+            ranges,
+            unit,
+            masker,
+            position,
+            radius,
+            world,
+            margin_part,
+        )
+        before = nearest_in_gap(
+            i, num_beams - 1, 0, ranges, unit, masker, position, radius, margin_part
+        )
+        for k in range(num_beams):
+            after = nearest_in_gap(
+                i, k, (k + 1) % num_beams, ranges, unit, masker, position, radius, margin_part
+            )
+            nearest[i, k] = min(before, after)
+            before = after
+
+
+@kernel
+def write_walls(
+    first: int,
+    last: int,
+    nearest: FloatArray,
+    angles: FloatArray,
+    position: FloatArray,
+    heading: FloatArray,
+    unit_margin: float,
+    start: IntArray,
+    walls: FloatArray,
+) -> None:
+    """Write what `find_walls` found of robots [first, last) as points with their margins; ``unit_margin`` is at 1 m."""
+    for i in range(first, last):
+        row = start[i]
+        for k in range(len(angles)):
+            distance = nearest[i, k]
+            if not math.isfinite(distance):
+                continue
+            direction = heading[i] + angles[k]
+            x = position[i, 0] + distance * math.cos(direction)
+            y = position[i, 1] + distance * math.sin(direction)
+            walls[row, 0], walls[row, 1], walls[row, 2], walls[row, 3] = x, y, x, y
+            walls[row, 4] = unit_margin * distance
+            row += 1

@@ -1,0 +1,102 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from envs.fleet import RADIUS
+from envs.scenarios.town_map import DEEP, PITCH, THICKNESS, TRAP_THICKNESS, TownMap, town_map
+from envs.scenarios.wall_kernel import wall_distances
+from safefilter.lidar import Lidar
+
+numbers = st.integers(0, 10**6)
+
+
+def drawn(number: int, size: int = 5, *, has_deep_traps: bool = True) -> TownMap:
+    return town_map(number, size, has_deep_traps=has_deep_traps)
+
+
+@settings(deadline=None, max_examples=30)
+@given(numbers, st.integers(2, 8))
+def test_every_street_is_within_reach_of_every_other(number: int, size: int) -> None:
+    town = drawn(number, size)
+    assert np.isfinite(town.hops[np.ix_(town.streets, town.streets)]).all()
+
+
+@settings(deadline=None, max_examples=30)
+@given(numbers)
+def test_streets_have_room_around_their_middle(number: int) -> None:
+    town = drawn(number)
+    clear = wall_distances(town.centres[town.streets], town.walls)
+    assert clear.min() >= (PITCH - THICKNESS) / 2 - 1e-9
+
+
+@settings(deadline=None, max_examples=30)
+@given(numbers)
+def test_ways_go_from_cell_to_cell_beside_it(number: int) -> None:
+    town = drawn(number)
+    first, last = town.streets[0], town.streets[-1]
+    way = town.way(int(first), int(last))
+    assert (way[0], way[-1]) == (first, last)
+    assert len(way) - 1 == town.hops[first, last]
+    steps = np.linalg.norm(np.diff(town.centres[way], axis=0), axis=1)
+    np.testing.assert_allclose(steps, PITCH)
+
+
+@settings(deadline=None, max_examples=30)
+@given(numbers)
+def test_no_way_leads_through_a_wall(number: int) -> None:
+    # Traps stand on ways, and are got round; so a map without any is looked at between the cells only.
+    town = drawn(number, has_deep_traps=False)
+    near = town.hops == 1
+    pairs = np.argwhere(near)
+    middle = town.centres[pairs].mean(axis=1)
+    assert wall_distances(middle, town.walls).min() >= 0.3
+
+
+def test_the_same_numbers_give_the_same_map_and_others_another() -> None:
+    again = town_map.__wrapped__(3, 5, has_deep_traps=True)
+    np.testing.assert_array_equal(drawn(3).walls, again.walls)
+    maps = {drawn(number).walls.tobytes() for number in range(50)}
+    assert len(maps) == 50
+
+
+def test_maps_range_from_mazes_to_nets_of_streets() -> None:
+    degree = [(drawn(number).hops == 1).sum() / 25 for number in range(60)]
+    # A tree of 25 cells has 48 ends of open sides, and a net without walls 80.
+    assert min(degree) < 2.2
+    assert max(degree) > 2.8
+
+
+def test_traps_and_blocks_appear_and_leave_most_streets_free() -> None:
+    taken = [25 - len(drawn(number).streets) for number in range(60)]
+    assert min(taken) >= 1
+    assert 3 <= np.mean(taken) <= 25 * 0.4
+    assert max(taken) <= 25 * 0.4
+
+
+@pytest.mark.parametrize("has_deep_traps", [False, True])
+def test_deep_traps_come_where_they_are_asked_for(*, has_deep_traps: bool) -> None:
+    for number in range(20):
+        town = drawn(number, has_deep_traps=has_deep_traps)
+        length = np.linalg.norm(town.walls[:, 1] - town.walls[:, 0], axis=1)
+        # Inner sides of arms are as long as the trap is deep; walls of streets are longer.
+        is_deep = (length > DEEP[0]) & (length < DEEP[1])
+        assert is_deep.any() == has_deep_traps
+
+
+def test_walls_are_thick_enough_for_a_lidar_alone() -> None:
+    needed = Lidar.scan(np.full((1, 360), 3.5)).least_thickness(3.5)
+    assert min(THICKNESS, TRAP_THICKNESS) >= needed
+    for number in range(20):
+        walls = drawn(number).walls
+        assert np.linalg.norm(walls[:, 1] - walls[:, 0], axis=1).min() >= needed
+
+
+def test_robots_fit_past_traps() -> None:
+    for number in range(20):
+        town = drawn(number)
+        trapped = np.setdiff1d(np.flatnonzero(np.isfinite(town.hops[0])), town.streets)
+        for cell in trapped:
+            # The ring around a trap, beside the walls of its cell.
+            corner = town.centres[cell] + (PITCH - THICKNESS) / 2 - RADIUS - 0.04
+            assert wall_distances(corner[np.newaxis], town.walls)[0] >= RADIUS
