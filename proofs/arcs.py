@@ -14,7 +14,7 @@ from functools import cache
 
 import z3
 
-from proofs.prover import Assumptions, Proof, as_formula, prove
+from proofs.prover import Assumptions, Proof, prove
 from proofs.symbolic import Number, Outcome, outcome, symbolic
 from safefilter.kinematics.arc import largest_advance
 
@@ -26,6 +26,7 @@ TURN_RATE, DT, TIME, END_ADVANCE = z3.Reals("w dt s end_advance")
 C_1, S_1, C_2, S_2, SOME, REST, SINE_G = z3.Reals("c_1 s_1 c_2 s_2 one_plus_c_a one_plus_c_g s_g")
 
 IS_SHIPPED = "the bound is the shipped one"
+IS_END = "end_advance is at least that of the arc, where that is above zero"
 ANGLES: Assumptions = {
     "turn so far: c_a^2 + s_a^2 = 1, s_a >= 0": z3.And(C_A * C_A + S_A * S_A == 1, S_A >= 0),
     "whole turn in (0, pi): c_b^2 + s_b^2 = 1, s_b > 0": z3.And(
@@ -71,7 +72,7 @@ def extremes() -> Proof:
     )
 
 
-def _turned(turned: z3.ArithRef) -> dict[z3.ArithRef, z3.ArithRef]:
+def turned_by(turned: z3.ArithRef) -> dict[z3.ArithRef, z3.ArithRef]:
     """Headings after the turn so far and after the whole turn, for `extremes`."""
     return {
         S_0: turned,
@@ -88,7 +89,7 @@ def _turned(turned: z3.ArithRef) -> dict[z3.ArithRef, z3.ArithRef]:
 @cache
 def largest_at_ends(*, left: bool) -> Proof:
     """`extremes`, of the headings of an arc."""
-    at = _turned(S_0 if left else -S_0)
+    at = turned_by(S_0 if left else -S_0)
     return prove(
         f"arcs.largest_at_ends[{'left' if left else 'right'}]",
         "c_0 <= 0 or cos of the last heading >= 0  =>  sin(f + a) <= max(sin(f), sin(f + b))",
@@ -98,11 +99,18 @@ def largest_at_ends(*, left: bool) -> Proof:
     )
 
 
-def _rate(*, left: bool) -> z3.ArithRef:
+def end_is_covered(given: z3.ArithRef, real: z3.ArithRef) -> z3.BoolRef:
+    """Both times |w|; a little too much does no harm, and below zero the start is the largest."""
+    return z3.Or(real <= 0, given >= real)
+
+
+def rate_of(*, left: bool) -> z3.ArithRef:
+    """|w|."""
     return TURN_RATE if left else -TURN_RATE
 
 
-def _bound(end_cosine: z3.ArithRef) -> Outcome:
+def bound_at(end_cosine: z3.ArithRef) -> Outcome:
+    """The shipped bound, for some cosine of the last heading."""
     formula = symbolic(largest_advance)
     given = (C_0, S_0, end_cosine, END_ADVANCE, TURN_RATE)
     return outcome("largest", lambda: (formula(*map(Number, given)),))
@@ -111,22 +119,22 @@ def _bound(end_cosine: z3.ArithRef) -> Outcome:
 @cache
 def bounded(*, left: bool) -> Proof:
     """The shipped bound is at least every sine that is no larger than one, and than the ends where they are largest."""
-    turned, bound = (S_0 if left else -S_0), _bound(C_2)
+    turned, bound = (S_0 if left else -S_0), bound_at(C_2)
     return prove(
         f"arcs.bounded[{'left' if left else 'right'}]",
         "sin(f + a) <= 1, or <= an end where the arc does not fall through e  =>  "
         "sin(f + a) - sin(f) <= |w| largest_advance",
         {
-            "w > 0" if left else "w < 0": _rate(left=left) > 0,
+            "w > 0" if left else "w < 0": rate_of(left=left) > 0,
             "c_0^2 + s_0^2 = 1": C_0 * C_0 + S_0 * S_0 == 1,
             "sin(f + a) <= 1": S_1 <= 1,
             "sin(f + a) <= an end, unless c_0 > 0 > c_2": z3.Or(
                 z3.And(C_0 > 0, C_2 < 0), turned >= S_1, S_1 <= S_2
             ),
-            "end_advance is that of the arc": END_ADVANCE * _rate(left=left) == S_2 - turned,
+            IS_END: end_is_covered(END_ADVANCE * rate_of(left=left), S_2 - turned),
             IS_SHIPPED: bound.ways,
         },
-        z3.And(bound.is_defined, S_1 - turned <= bound.values[0] * _rate(left=left)),
+        z3.And(bound.is_defined, S_1 - turned <= bound.values[0] * rate_of(left=left)),
     )
 
 
@@ -148,9 +156,7 @@ def at_most_one() -> Proof:
 def turning(*, left: bool) -> Proof:
     """No instant of a turn advances further than the shipped bound, away from e or through it."""
     turned = S_0 if left else -S_0
-    at, rate = _turned(turned), _rate(left=left)
-    bound = _bound(at[C_2])
-    moved = {variable: at[variable] for variable in (S_1, C_2, S_2)}
+    at, rate, bound = turned_by(turned), rate_of(left=left), bound_at(C_2)
     return prove(
         f"arcs.turning[{'left' if left else 'right'}]",
         "0 <= a <= b < pi  =>  (sin(f + a) - sin(f)) / |w| <= largest_advance",
@@ -158,14 +164,15 @@ def turning(*, left: bool) -> Proof:
             "w > 0" if left else "w < 0": rate > 0,
             "heading: c_0^2 + s_0^2 = 1": C_0 * C_0 + S_0 * S_0 == 1,
             **ANGLES,
-            "end_advance is that of the arc": END_ADVANCE * rate == at[S_2] - turned,
-            IS_SHIPPED: z3.substitute(as_formula(_bound(C_2).ways), (C_2, at[C_2])),
+            "c_2 = cos(f + b)": C_2 == at[C_2],
+            IS_END: end_is_covered(END_ADVANCE * rate, at[S_2] - turned),
+            IS_SHIPPED: bound.ways,
         },
         z3.And(bound.is_defined, at[S_1] - turned <= bound.values[0] * rate),
         using=[
             largest_at_ends(left=left).at(),
             at_most_one().at(),
-            bounded(left=left).at(moved),
+            bounded(left=left).at({variable: at[variable] for variable in (S_1, S_2)}),
         ],
         opaque=[IS_SHIPPED],
     )
@@ -174,10 +181,7 @@ def turning(*, left: bool) -> Proof:
 @cache
 def straight() -> Proof:
     """Without a turn the advance grows evenly, and the end or the start is the largest."""
-    bound = outcome(
-        "largest",
-        lambda: (symbolic(largest_advance)(*map(Number, (C_0, S_0, C_0, END_ADVANCE, TURN_RATE))),),
-    )
+    bound = bound_at(C_0)
     return prove(
         "arcs.straight",
         "w = 0, 0 <= s <= dt  =>  s (e . d_0) <= largest_advance",

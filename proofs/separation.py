@@ -61,7 +61,7 @@ def rows_of(robot: int, *, cooperative: bool = True) -> Outcome:
         neighbour_start=[0, 1, 2],
         neighbours=[1, 0],
         num_shared_walls=0,
-        wall_start=[0, 0, 0],
+        wall_range=np.zeros((2, 2), dtype=np.int64),
     )
     # Fields and arrays are of floats; numbers that are not known stand in for them.
     dt, margin, passive_speed = (cast_number(term) for term in (DT, MARGIN, PASSIVE))

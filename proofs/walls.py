@@ -49,14 +49,14 @@ def supporting_line() -> Proof:
     )
 
 
-def _row() -> tuple[Any, ...]:
+def _row(*, is_own: bool = False) -> tuple[Any, ...]:
     state = np.zeros((1, 8), dtype=object)
     for column, value in ((X, P_X), (Y, P_Y), (RADIUS, ROBOT_RADIUS)):
         state[0, column] = Number(value)
     scene = SimpleNamespace(
         state=state,
-        num_shared_walls=1,
-        wall_start=[1, 1],
+        num_shared_walls=0 if is_own else 1,
+        wall_range=np.array([[0, 1] if is_own else [1, 1]]),
         walls=[tuple(map(Number, (A_X, A_Y, B_X, B_Y, OWN_MARGIN)))],
     )
     stand_ins = {"to_closest_point": lambda *_: (Number(C_X), Number(C_Y))}
