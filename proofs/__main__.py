@@ -14,6 +14,7 @@ from rich.table import Table
 
 from proofs import (
     apart,
+    arc_cap,
     arcs,
     boundary,
     horizon,
@@ -37,6 +38,7 @@ FAMILIES: tuple[tuple[Callable[[], Proof], ...], ...] = (
     separation_passive.LEMMAS,
     walls.LEMMAS,
     arcs.LEMMAS,
+    arc_cap.LEMMAS,
     induction.LEMMAS,
 )
 

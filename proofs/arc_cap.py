@@ -11,6 +11,7 @@ that `arcs` knows of. Angles are as in `arcs`; beside them it is assumed that si
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -88,6 +89,8 @@ def _ahead(angle: z3.ArithRef) -> z3.ArithRef:
 HALF = TURN_RATE * DT / 2
 BUDGET_HOLDS = z3.And(SPEED >= 0, SPEED * LARGEST <= -OFFSET * DT)
 STARTS_AT_HEADING = z3.And(C_0 == _ahead(HEADING), S_0 == ROW_Y * H_C - ROW_X * H_S)
+UNIT_ROW = ROW_X * ROW_X + ROW_Y * ROW_Y == 1
+WHOLE = "whole turn in (0, pi): c_b^2 + s_b^2 = 1, s_b > 0"
 PASSES = "the check lets the command through"
 IS_COMMAND: Assumptions = {"offset <= 0": OFFSET <= 0, PASSES: IS_SAFE == 1}
 
@@ -187,36 +190,147 @@ def scaled() -> Proof:
 
 
 @cache
+def heading_is_unit() -> Proof:
+    """Cosine and sine of the heading against e are those of an angle."""
+    return prove(
+        "arc_cap.heading_is_unit",
+        "|e| = 1, |d_0| = 1  =>  (e . d_0)^2 + (e x d_0)^2 = 1",
+        {
+            "|e| = 1": UNIT_ROW,
+            "|d_0| = 1": H_C * H_C + H_S * H_S == 1,
+            "c_0, s_0 are of the heading": STARTS_AT_HEADING,
+        },
+        C_0 * C_0 + S_0 * S_0 == 1,
+    )
+
+
+@cache
+def whole_turn() -> Proof:
+    """Twice an angle in (0, pi/2) is in (0, pi)."""
+    angles = _angles(left=True)
+    return prove(
+        "arc_cap.whole_turn",
+        "b/2 in (0, pi/2)  =>  c_b^2 + s_b^2 = 1, s_b > 0",
+        {key: angles[key] for key in ("half of the turn in (0, pi/2)", "the turn is twice that")},
+        ANGLES[WHOLE],
+    )
+
+
+@cache
+def along(*, left: bool) -> Proof:
+    """The displacement along the row is the advance, as `arcs` counts it."""
+    turned, rate = S_0 if left else -S_0, rate_of(left=left)
+    return prove(
+        f"arc_cap.along[{'left' if left else 'right'}]",
+        "row . d |w| = -v (sin(f + a) - sin(f))",
+        {"c_0, s_0 are of the heading": STARTS_AT_HEADING, "d is the arc's": arc(left=left)},
+        ALONG * rate == -SPEED * (turned_by(turned)[S_1] - turned),
+    )
+
+
+@cache
 def obeys(*, left: bool) -> Proof:
     """A command that the check lets through keeps its row at every instant of its arc."""
     turned, rate = S_0 if left else -S_0, rate_of(left=left)
-    advance = turned_by(turned)[S_1] - turned
+    at = turned_by(turned)
+    advance = at[S_1] - turned
     bound, checked = bound_at(C_2), _checked(TURN_RATE)
     in_place = dict(zip(z3.Reals("rate advance along"), (rate, advance, ALONG), strict=True))
-    so_far = ("turn so far: c_a^2 + s_a^2 = 1, s_a >= 0", "within the step: c_a >= c_b")
+    assumptions = {
+        **IS_COMMAND,
+        "w > 0" if left else "w < 0": rate > 0,
+        "|e| = 1": UNIT_ROW,
+        **_angles(left=left),
+        **{key: fact for key, fact in ANGLES.items() if key != WHOLE},
+        "d is the arc's": arc(left=left),
+        IS_CHECK: checked.ways,
+        IS_BOUND: bound.ways,
+    }
     return prove(
         f"arc_cap.obeys[{'left' if left else 'right'}]",
         "is_command_safe  =>  row . d >= offset dt at every instant of the arc",
-        {
-            **IS_COMMAND,
-            "w > 0" if left else "w < 0": rate > 0,
-            "|e| = 1": ROW_X * ROW_X + ROW_Y * ROW_Y == 1,
-            **_angles(left=left),
-            **{key: ANGLES[key] for key in so_far},
-            "d is the arc's": arc(left=left),
-            IS_CHECK: checked.ways,
-            IS_BOUND: bound.ways,
-        },
+        assumptions,
         z3.And(checked.is_defined, bound.is_defined, OBEYS),
         using=[
+            positive_step(left=left).at(),
             asked().at(),
             command().at(),
+            heading_is_unit().at(),
+            whole_turn().at(),
             end_advance(left=left).at(),
             turning(left=left).at(),
+            along(left=left).at(),
             scaled().at(in_place),
         ],
-        opaque=[IS_CHECK, IS_BOUND],
+        opaque=[
+            *assumptions,
+            *(STARTS_AT_HEADING, BUDGET_HOLDS, OBEYS, ANGLES[WHOLE], DT > 0),
+            *(H_C * H_C + H_S * H_S == 1, C_0 * C_0 + S_0 * S_0 == 1, C_2 == at[C_2]),
+            end_is_covered(END_ADVANCE * rate, at[S_2] - turned),
+            advance <= LARGEST * rate,
+            ALONG * rate == -SPEED * advance,
+        ],
+        witnesses=_witnesses(assumptions, left=left),
     )
+
+
+@cache
+def positive_step(*, left: bool) -> Proof:
+    """That the step lasts follows from what is assumed of the turn."""
+    sign = "w > 0" if left else "w < 0"
+    angles = _angles(left=left)
+    names = ("half of the turn in (0, pi/2)", "sin(|w| dt / 2) <= |w| dt / 2")
+    return prove(
+        f"arc_cap.positive_step[{'left' if left else 'right'}]",
+        "0 < 2 sin(|w| dt / 2) <= |w| dt  =>  dt > 0",
+        {sign: rate_of(left=left) > 0, **{key: angles[key] for key in names}},
+        DT > 0,
+    )
+
+
+def _as_if_straight() -> Values:
+    """Sines and cosines as they are of no turn at all."""
+    angles = HEADING + HALF, HEADING + TURN_RATE * DT
+    return {sine_of(HALF): 0} | {
+        value: number
+        for angle in angles
+        for value, number in ((cosine_of(angle), 1), (sine_of(angle), 0))
+    }
+
+
+def _witnesses(assumptions: Assumptions, *, left: bool) -> dict[str, Values]:
+    """Straight at a neighbour, turning by an angle of cosine 7/25 and sine 24/25, which uses up the budget."""
+    rate, dt, end = 1 if left else -1, Fraction(13, 10), Fraction(24, 25)
+    turn: Values = {
+        C_M: Fraction(4, 5),
+        S_M: Fraction(3, 5),
+        C_A: 1 - 2 * Fraction(3, 5) ** 2,
+        S_A: end,
+    }
+    usual = turn | {
+        **{H_C: 1, H_S: 0, ROW_X: -1, ROW_Y: 0, V_MAX: 10, OMEGA_MAX: 2},
+        **{SPEED: 1, TURN_RATE: rate, DT: dt, OFFSET: -end / dt},
+    }
+    quarter: Values = {C_A: 0, S_A: 1}
+    wide: Values = {C_M: Fraction(3, 5), S_M: Fraction(4, 5), DT: 2, ROW_X: -0.5, OFFSET: -0.125}
+    changes: dict[str, Values] = {
+        "offset <= 0": {SPEED: 0, OFFSET: 1},
+        PASSES: {SPEED: 2},
+        "w > 0" if left else "w < 0": {TURN_RATE: -rate, DT: -dt, OFFSET: -1},
+        "|e| = 1": wide | quarter,
+        "half of the turn in (0, pi/2)": {C_M: Fraction(-4, 5), OFFSET: 0},
+        "the turn is twice that": {C_B: 0, S_B: 1, **quarter},
+        "sin(|w| dt / 2) <= |w| dt / 2": {DT: Fraction(1, 10**9), OFFSET: -1},
+        "turn so far: c_a^2 + s_a^2 = 1, s_a >= 0": {S_A: 2},
+        "within the step: c_a >= c_b": quarter,
+        "d is the arc's": {MOVE_X: 5, MOVE_Y: 0},
+        "sums of angles": {**_as_if_straight(), OFFSET: 0},
+    }
+    return {
+        key: usual | changes.get(key, {})
+        for key in ("", *assumptions)
+        if key not in {IS_CHECK, IS_BOUND}
+    }
 
 
 def line() -> z3.BoolRef:
@@ -240,11 +354,28 @@ def obeys_straight() -> Proof:
             IS_BOUND: bound.ways,
         },
         z3.And(checked.is_defined, bound.is_defined, OBEYS),
-        using=[straight_line().at(), scaled().at(dict(zip(z3.Reals("rate advance along"), (z3.RealVal(1), TIME * C_0, ALONG), strict=True)))],
+        using=[
+            straight_line().at(),
+            scaled().at(
+                dict(
+                    zip(
+                        z3.Reals("rate advance along"),
+                        (z3.RealVal(1), TIME * C_0, ALONG),
+                        strict=True,
+                    )
+                )
+            ),
+        ],
     )
 
 
 LEMMAS = (
+    lambda: positive_step(left=True),
+    lambda: positive_step(left=False),
+    heading_is_unit,
+    whole_turn,
+    lambda: along(left=True),
+    lambda: along(left=False),
     asked,
     command,
     obeys_straight,

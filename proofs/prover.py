@@ -157,7 +157,7 @@ def prove(
     claim: z3.BoolRef,
     *,
     using: Sequence[Fact] = (),
-    opaque: Sequence[str] = (),
+    opaque: Sequence[str | z3.BoolRef] = (),
     shifts: Sequence[Shift] = (),
     witnesses: Mapping[str, Values] | None = None,
     timeout: float = TIMEOUT_SECONDS,
@@ -170,8 +170,8 @@ def prove(
         assumptions: By name.
         claim: What follows.
         using: Other lemmas that z3 may use: they are true, so they assume nothing.
-        opaque: Assumptions that z3 need not look into, by name: they are true or not, here and in ``using``. That
-            proves more than is asked for.
+        opaque: What z3 need not look into, assumptions by name or parts of formulas: it is true or not, wherever it
+            occurs. That proves more than is asked for.
         shifts: Variables that z3 may find easier to measure from elsewhere, see `refute`.
         witnesses: Numbers that help z3 to show that an assumption is needed, by its name, or, under `TOGETHER`, that
             all can be true together. They are checked, and what they leave open z3 finds.
@@ -186,10 +186,13 @@ def prove(
         raise NotProved(name, f"witnesses for assumptions that it has not: {sorted(unknown)}")
     if not all(map(is_origin, shifts)):
         raise NotProved(name, "a variable is measured from itself")
-    hidden = [(as_formula(assumptions[key]), z3.Bool(key)) for key in opaque]
-    shown = [fact for key, fact in assumptions.items() if key not in opaque]
+    named = [key for key in opaque if isinstance(key, str)]
+    hidden = [(as_formula(assumptions[key]), z3.Bool(key)) for key in named]
+    hidden += [(part, z3.Bool(part.sexpr())) for part in opaque if not isinstance(part, str)]
+    shown = [_substituted(fact, hidden) for key, fact in assumptions.items() if key not in named]
     facts = [z3.substitute(fact.formula, *hidden) for fact in using]
-    asking.derive([*shown, *(bit for _, bit in hidden), *facts], claim, shifts)
+    bits = [z3.Bool(key) for key in named]
+    asking.derive([*shown, *bits, *facts], z3.substitute(claim, *hidden), shifts)
     asking.exhibit(
         list(assumptions.values()),
         numbers.get(TOGETHER, {}),
@@ -210,6 +213,14 @@ def prove(
 def as_formula(assumption: Assumption) -> z3.BoolRef:
     """One formula for an assumption, alternatives joined by "or"."""
     return z3.Or(*assumption) if isinstance(assumption, Sequence) else assumption
+
+
+def _substituted(
+    assumption: Assumption, terms: Sequence[tuple[z3.BoolRef, z3.BoolRef]]
+) -> Assumption:
+    if isinstance(assumption, Sequence):
+        return [z3.substitute(formula, *terms) for formula in assumption]
+    return z3.substitute(assumption, *terms)
 
 
 def as_term(value: float | Fraction) -> z3.ArithRef:
