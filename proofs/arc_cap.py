@@ -88,7 +88,7 @@ def _ahead(angle: z3.ArithRef) -> z3.ArithRef:
 
 HALF = TURN_RATE * DT / 2
 BUDGET_HOLDS = z3.And(SPEED >= 0, SPEED * LARGEST <= -OFFSET * DT)
-STARTS_AT_HEADING = z3.And(C_0 == _ahead(HEADING), S_0 == ROW_Y * H_C - ROW_X * H_S)
+STARTS_AT_HEADING = z3.And(_ahead(HEADING) == C_0, S_0 == ROW_Y * H_C - ROW_X * H_S)
 UNIT_ROW = ROW_X * ROW_X + ROW_Y * ROW_Y == 1
 WHOLE = "whole turn in (0, pi): c_b^2 + s_b^2 = 1, s_b > 0"
 PASSES = "the check lets the command through"
@@ -99,7 +99,7 @@ IS_COMMAND: Assumptions = {"offset <= 0": OFFSET <= 0, PASSES: IS_SAFE == 1}
 def asked() -> Proof:
     """Which angles the check asks about, and which advance it takes for the end's."""
     checked = _checked(TURN_RATE)
-    exact = END_ADVANCE * TURN_RATE == 2 * sine_of(HALF) * _ahead(HEADING + HALF)
+    exact = 2 * sine_of(HALF) * _ahead(HEADING + HALF) == END_ADVANCE * TURN_RATE
     return prove(
         "arc_cap.asked",
         "c_0 = e.d_0, s_0 = e x d_0, c_2 = e.d_1; the end's advance is 2 sin(w dt/2) e.m / w, or dt e.m",
@@ -108,8 +108,8 @@ def asked() -> Proof:
             checked.is_defined,
             H_C * H_C + H_S * H_S == 1,
             STARTS_AT_HEADING,
-            C_2 == _ahead(HEADING + TURN_RATE * DT),
-            z3.Or(exact, END_ADVANCE == DT * _ahead(HEADING + HALF)),
+            _ahead(HEADING + TURN_RATE * DT) == C_2,
+            z3.Or(exact, DT * _ahead(HEADING + HALF) == END_ADVANCE),
         ),
     )
 
@@ -140,7 +140,7 @@ def _angles(*, left: bool) -> Assumptions:
         "half of the turn in (0, pi/2)": z3.And(C_M * C_M + S_M * S_M == 1, S_M > 0, C_M > 0),
         "the turn is twice that": z3.And(C_B == 1 - 2 * S_M * S_M, S_B == 2 * S_M * C_M),
         "sums of angles": z3.And(*headings),
-        "sin(|w| dt / 2) <= |w| dt / 2": 2 * S_M <= rate_of(left=left) * DT,
+        "sin(|w| dt / 2) <= |w| dt / 2": rate_of(left=left) * DT >= 2 * S_M,
     }
 
 
@@ -157,7 +157,7 @@ def end_advance(*, left: bool) -> Proof:
             **_angles(left=left),
             IS_CHECK: checked.ways,
         },
-        z3.And(C_2 == at[C_2], end_is_covered(END_ADVANCE * rate, at[S_2] - turned)),
+        z3.And(at[C_2] == C_2, end_is_covered(END_ADVANCE * rate, at[S_2] - turned)),
         using=[asked().at()],
         opaque=[IS_CHECK],
     )
@@ -167,8 +167,8 @@ def arc(*, left: bool) -> z3.BoolRef:
     """The displacement is that of the arc, after the turn so far; times w."""
     sign = 1 if left else -1
     return z3.And(
-        MOVE_X * TURN_RATE == SPEED * (H_S * C_A + sign * H_C * S_A - H_S),
-        MOVE_Y * TURN_RATE == SPEED * (H_C - H_C * C_A + sign * H_S * S_A),
+        SPEED * (H_S * C_A + sign * H_C * S_A - H_S) == MOVE_X * TURN_RATE,
+        SPEED * (H_C - H_C * C_A + sign * H_S * S_A) == MOVE_Y * TURN_RATE,
     )
 
 
@@ -265,7 +265,7 @@ def obeys(*, left: bool) -> Proof:
         opaque=[
             *assumptions,
             *(STARTS_AT_HEADING, BUDGET_HOLDS, OBEYS, ANGLES[WHOLE], DT > 0),
-            *(H_C * H_C + H_S * H_S == 1, C_0 * C_0 + S_0 * S_0 == 1, C_2 == at[C_2]),
+            *(H_C * H_C + H_S * H_S == 1, C_0 * C_0 + S_0 * S_0 == 1, at[C_2] == C_2),
             end_is_covered(END_ADVANCE * rate, at[S_2] - turned),
             advance <= LARGEST * rate,
             ALONG * rate == -SPEED * advance,
@@ -291,11 +291,10 @@ def positive_step(*, left: bool) -> Proof:
 def _as_if_straight() -> Values:
     """Sines and cosines as they are of no turn at all."""
     angles = HEADING + HALF, HEADING + TURN_RATE * DT
-    return {sine_of(HALF): 0} | {
-        value: number
-        for angle in angles
-        for value, number in ((cosine_of(angle), 1), (sine_of(angle), 0))
-    }
+    values: Values = {sine_of(HALF): 0}
+    for angle in angles:
+        values |= {cosine_of(angle): 1, sine_of(angle): 0}
+    return values
 
 
 def _witnesses(assumptions: Assumptions, *, left: bool) -> dict[str, Values]:
@@ -308,8 +307,16 @@ def _witnesses(assumptions: Assumptions, *, left: bool) -> dict[str, Values]:
         S_A: end,
     }
     usual = turn | {
-        **{H_C: 1, H_S: 0, ROW_X: -1, ROW_Y: 0, V_MAX: 10, OMEGA_MAX: 2},
-        **{SPEED: 1, TURN_RATE: rate, DT: dt, OFFSET: -end / dt},
+        H_C: 1,
+        H_S: 0,
+        ROW_X: -1,
+        ROW_Y: 0,
+        V_MAX: 10,
+        OMEGA_MAX: 2,
+        SPEED: 1,
+        TURN_RATE: rate,
+        DT: dt,
+        OFFSET: -end / dt,
     }
     quarter: Values = {C_A: 0, S_A: 1}
     wide: Values = {C_M: Fraction(3, 5), S_M: Fraction(4, 5), DT: 2, ROW_X: -0.5, OFFSET: -0.125}

@@ -164,7 +164,7 @@ def turning(*, left: bool) -> Proof:
             "w > 0" if left else "w < 0": rate > 0,
             "heading: c_0^2 + s_0^2 = 1": C_0 * C_0 + S_0 * S_0 == 1,
             **ANGLES,
-            "c_2 = cos(f + b)": C_2 == at[C_2],
+            "c_2 = cos(f + b)": at[C_2] == C_2,
             IS_END: end_is_covered(END_ADVANCE * rate, at[S_2] - turned),
             IS_SHIPPED: bound.ways,
         },

@@ -19,7 +19,15 @@ from typing import TypeAlias
 
 import z3
 
-from proofs.solver import TIMEOUT_SECONDS, Shift, find, is_origin, parts_of, refute
+from proofs.solver import (
+    PATIENCE_SECONDS,
+    TIMEOUT_SECONDS,
+    Shift,
+    find,
+    is_origin,
+    parts_of,
+    refute,
+)
 
 # One formula; or alternatives, one of which is true (the ways through a function): each is gone through alone.
 Assumption: TypeAlias = z3.BoolRef | Sequence[z3.BoolRef]
@@ -136,8 +144,15 @@ class _Asking:
             raise NotProved(self.lemma, "the claim is false", answer.values)
         return bool(answer.verdict == z3.unsat)
 
+    def _is_found(self, formulas: Sequence[z3.BoolRef], seconds: float) -> bool:
+        self.queries += 1
+        return bool(find(formulas, seconds).verdict == z3.sat)
+
     def exhibit(self, hypotheses: Sequence[Assumption], values: Values, otherwise: str) -> None:
         pinned = [variable == as_term(value) for variable, value in values.items()]
+        if values and self._is_found([*map(as_formula, hypotheses), *pinned], PATIENCE_SECONDS[0]):
+            # Where most numbers are known, z3 sees at once which alternatives are left.
+            return
         is_known = True
         for alternative in _alternatives(hypotheses):
             self.queries += 1
