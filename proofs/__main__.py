@@ -19,10 +19,13 @@ from proofs import (
     boundary,
     horizon,
     induction,
+    never_touch,
     orca_rows,
+    overlap,
     responsibilities,
     separation,
     separation_passive,
+    static_obstacles,
     walls,
 )
 from proofs.own_velocity import CounterExample, counter_example
@@ -36,10 +39,13 @@ FAMILIES: tuple[tuple[Callable[[], Proof], ...], ...] = (
     horizon.LEMMAS,
     separation.LEMMAS,
     separation_passive.LEMMAS,
+    overlap.LEMMAS,
     walls.LEMMAS,
+    static_obstacles.LEMMAS,
     arcs.LEMMAS,
     arc_cap.LEMMAS,
     induction.LEMMAS,
+    never_touch.LEMMAS,
 )
 
 

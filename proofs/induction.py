@@ -19,12 +19,13 @@ from safefilter.constraints.separation import clearance
 NEXT_X, NEXT_Y = z3.Reals("next_p_x next_p_y")
 DISTANCE = z3.Real("next_D")
 
+_free = symbolic(clearance)
+CLEARANCE = outcome("clearance", lambda: (_free(*map(Number, (DISTANCE, *RADII, MARGIN))),))
+
 
 @cache
 def step() -> Proof:
     """Centres that are at least the radii and the margin apart have a clearance that is not negative."""
-    free = symbolic(clearance)
-    found = outcome("clearance", lambda: (free(*map(Number, (DISTANCE, *RADII, MARGIN))),))
     return prove(
         "induction.step",
         "|p'| >= r_i + r_j + margin  =>  clearance(|p'|) >= 0: the next step starts as this one did",
@@ -33,9 +34,9 @@ def step() -> Proof:
             "D' = |p'|": z3.And(
                 DISTANCE >= 0, DISTANCE * DISTANCE == NEXT_X * NEXT_X + NEXT_Y * NEXT_Y
             ),
-            "the clearance is the shipped one": found.ways,
+            "the clearance is the shipped one": CLEARANCE.ways,
         },
-        found.values[0] >= 0,
+        CLEARANCE.values[0] >= 0,
     )
 
 

@@ -292,7 +292,7 @@ def projected() -> Proof:
             "advances sum to at most the gap": advance_of(0) + advance_of(1) <= GAP,
             "r_i + r_j + margin >= 0": KEPT_APART >= 0,
         },
-        moved[0] ** 2 + moved[1] ** 2 >= KEPT_APART**2,
+        moved[0] * moved[0] + moved[1] * moved[1] >= KEPT_APART**2,
         using=[apart.projection().at(ahead | {apart.FLOOR: KEPT_APART})],
     )
 
@@ -312,7 +312,7 @@ def robots() -> Proof:
         z3.And(
             rows_of(0).is_defined,
             rows_of(1).is_defined,
-            moved[0] ** 2 + moved[1] ** 2 >= KEPT_APART**2,
+            moved[0] * moved[0] + moved[1] * moved[1] >= KEPT_APART**2,
         ),
         using=[
             *(advance(robot).at(IN_PLACE_OF_ROOMS) for robot in (0, 1)),

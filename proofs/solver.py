@@ -109,7 +109,7 @@ def _seem_to_matter(facts: Sequence[z3.BoolRef]) -> list[bool]:
     Not long comparisons, nor values of variables that are not asked for, nor definitions of roots and quotients that
     nothing asked for is made of. (Those are variables named by their arguments, in parentheses.)
     """
-    names = [_variables(fact) for fact in facts]
+    names = [set(variables_of(fact)) for fact in facts]
     derived = [{name for name in mine if "(" in name} for mine in names]
     is_chosen = [_is_value(fact) and str(fact.arg(0)) in names[-1] for fact in facts]
     is_chosen[-1] = True
@@ -125,18 +125,18 @@ def _seem_to_matter(facts: Sequence[z3.BoolRef]) -> list[bool]:
     return is_chosen
 
 
-def _variables(fact: z3.ExprRef) -> set[str]:
-    """Names of the variables in a formula; z3's own `get_vars` visits shared terms again and again."""
-    names, seen, pending = set(), set(), [fact]
+def variables_of(fact: z3.ExprRef) -> dict[str, z3.ExprRef]:
+    """Variables in a formula, by name; z3's own `get_vars` visits shared terms again and again."""
+    found, seen, pending = dict[str, z3.ExprRef](), set[int](), [fact]
     while pending:
         term = pending.pop()
         if term.get_id() in seen:
             continue
         seen.add(term.get_id())
         if z3.is_const(term) and term.decl().kind() == z3.Z3_OP_UNINTERPRETED:
-            names.add(str(term))
+            found[str(term)] = term
         pending.extend(term.children())
-    return names
+    return found
 
 
 def _is_value(fact: z3.BoolRef) -> bool:
@@ -169,4 +169,4 @@ def _readable(model: z3.ModelRef) -> dict[str, str]:
 
 def is_origin(shift: Shift) -> bool:
     """Is no variable measured from itself? Only then is each move one to one."""
-    return not any(str(variable) in _variables(by) for variable, by in shift)
+    return not any(str(variable) in variables_of(by) for variable, by in shift)

@@ -53,6 +53,19 @@ def term_of(value: object) -> z3.ArithRef:
     raise TypeError(f"expected a finite number, got {value!r} of type {type(value).__name__}")
 
 
+def _is_infinite(value: object) -> bool:
+    return isinstance(value, float) and math.isinf(value)
+
+
+def _infinite(infinity: Exact, factor: Number) -> Exact:
+    """An infinite speed limit, say, times a number that is not known."""
+    if factor > 0:
+        return infinity
+    if factor < 0:
+        return -infinity
+    raise ArithmeticError("infinity times zero is no number")
+
+
 def canonical(term: z3.ArithRef) -> z3.ArithRef:
     """Write equal polynomials alike."""
     return z3.simplify(term, som=True, sort_sums=True)
@@ -70,8 +83,8 @@ class Number:
     def __add__(self, other: Number | Exact) -> Number:
         return Number(self.term + term_of(other))
 
-    def __radd__(self, other: Exact) -> Number:
-        return Number(term_of(other) + self.term)
+    def __radd__(self, other: Exact) -> Any:
+        return other if _is_infinite(other) else Number(term_of(other) + self.term)
 
     def __sub__(self, other: Number | Exact) -> Number:
         return Number(self.term - term_of(other))
@@ -82,7 +95,9 @@ class Number:
     def __mul__(self, other: Number | Exact) -> Number:
         return Number(self.term * term_of(other))
 
-    def __rmul__(self, other: Exact) -> Number:
+    def __rmul__(self, other: Exact) -> Any:
+        if _is_infinite(other):
+            return _infinite(other, self)
         return Number(term_of(other) * self.term)
 
     def __truediv__(self, other: Number | Exact) -> Number:

@@ -49,18 +49,24 @@ def supporting_line() -> Proof:
     )
 
 
-def _row(*, is_own: bool = False) -> tuple[Any, ...]:
+def one_wall(*, is_own: bool = False) -> Any:
+    """A robot and a segment, known to all or only to it, as `SceneArrays`."""
     state = np.zeros((1, 8), dtype=object)
     for column, value in ((X, P_X), (Y, P_Y), (RADIUS, ROBOT_RADIUS)):
         state[0, column] = Number(value)
-    scene = SimpleNamespace(
+    return SimpleNamespace(
         state=state,
         num_shared_walls=0 if is_own else 1,
         wall_range=np.array([[0, 1] if is_own else [1, 1]]),
         walls=[tuple(map(Number, (A_X, A_Y, B_X, B_Y, OWN_MARGIN)))],
     )
-    stand_ins = {"to_closest_point": lambda *_: (Number(C_X), Number(C_Y))}
-    add_rows = symbolic(add_wall_rows, stand_ins)
+
+
+OPEN_POINT = {"to_closest_point": lambda *_: (Number(C_X), Number(C_Y))}
+
+
+def _row(*, is_own: bool = False) -> tuple[Any, ...]:
+    add_rows, scene = symbolic(add_wall_rows, OPEN_POINT), one_wall(is_own=is_own)
     rows = RowLabels(np.zeros((3, 1), dtype=object), np.zeros((2, 1), dtype=np.int64))
     add_rows(rows, 0, scene, 0, Number(MARGIN), Number(HORIZON), Number(LIMIT), 0)
     return tuple(rows.array[:, 0])
@@ -78,6 +84,22 @@ def standing_still() -> Proof:
         "offset <= 0, so v = 0 keeps every row",
         {"horizon > 0": HORIZON > 0, IS_SHIPPED: ROW.ways},
         z3.And(ROW.is_defined, ROW.values[2] <= 0),
+    )
+
+
+@cache
+def own() -> Proof:
+    """A wall that only this robot knows makes the same row as one that all know."""
+    both = outcome(
+        "row_x row_y offset own_x own_y own_offset", lambda: (*_row(), *_row(is_own=True))
+    )
+    return prove(
+        "walls.own",
+        "the row of a wall of its own is that of a shared wall",
+        {"both rows are the shipped ones": both.ways},
+        z3.And(
+            *(shared == mine for shared, mine in zip(both.values[:3], both.values[3:], strict=True))
+        ),
     )
 
 
@@ -189,4 +211,4 @@ def walls() -> Proof:
     )
 
 
-LEMMAS = (supporting_line, standing_still, towards_closest, along_e, clear, walls)
+LEMMAS = (supporting_line, standing_still, own, towards_closest, along_e, clear, walls)
