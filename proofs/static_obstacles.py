@@ -49,7 +49,9 @@ def _row() -> tuple[Any, ...]:
 
     def buffers(num_decisions: int, capacity: int) -> RowLabels:
         shape = num_decisions, 3, capacity
-        return RowLabels(np.zeros(shape, dtype=object), np.zeros((num_decisions, 2, capacity)))
+        return RowLabels(
+            np.zeros(shape, dtype=object), np.zeros((num_decisions, 2, capacity), dtype=np.int64)
+        )
 
     if Number(HORIZON) <= 0:
         return NO_ROW
@@ -58,7 +60,7 @@ def _row() -> tuple[Any, ...]:
     settings = NO_STATIC._replace(is_used=True, **unknown)
     static_rows = symbolic(
         static_obstacles._static_rows,
-        {**OPEN_POINT, "row_buffers": buffers, "SceneArrays": None},
+        {**OPEN_POINT, "row_buffers": buffers},
     )
     array, _, count = static_rows(walls.one_wall(), settings, [0], 1)
     return tuple(array[0, :, 0]) if count[0] == 1 else NO_ROW

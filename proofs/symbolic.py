@@ -58,7 +58,11 @@ def _is_infinite(value: object) -> bool:
 
 
 def _infinite(infinity: Exact, factor: Number) -> Exact:
-    """An infinite speed limit, say, times a number that is not known."""
+    """An infinite speed limit, say, times a number that is not known.
+
+    Raises:
+        ArithmeticError: If that is zero.
+    """
     if factor > 0:
         return infinity
     if factor < 0:
