@@ -39,7 +39,7 @@ coverage: $(VENV)/dev-installed ## Branch coverage of safefilter, at least 95 %
 	NUMBA_DISABLE_JIT=1 HYPOTHESIS_PROFILE=coverage $(PYTEST) -m 'not stress' --cov --cov-report=term \
 		tests/safefilter tests/integration
 
-bench: $(VENV)/dev-installed ## Time the filter against RVO2 and against other solvers
+bench: $(VENV)/bench-installed ## Time the filter against RVO2 and against other solvers
 	$(BIN)/python -m benchmarks
 
 clean: ## Remove everything that these targets made, .venv too
@@ -55,6 +55,11 @@ $(VENV)/demo-installed: pyproject.toml constraints.txt | $(VENV)/created
 $(VENV)/dev-installed: $(VENV)/demo-installed
 	@echo "safefilter: installing PyTorch, test tools and what the filter is compared with (a few minutes) ..."
 	@$(PIP_INSTALL) --editable '.[dev]'
+	@touch $@
+
+$(VENV)/bench-installed: $(VENV)/dev-installed
+	@echo "safefilter: installing the simulators that ours is compared with (a minute) ..."
+	@$(PIP_INSTALL) --editable '.[bench]'
 	@touch $@
 
 $(VENV)/created:

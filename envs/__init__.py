@@ -2,7 +2,9 @@
 
 Importing this registers the Gymnasium environments ``envs:Crossroad-v0`` and ``envs:Circle-v0`` of holonomic robots,
 and ``envs:CrossroadDrive-v0``, ``envs:CorridorDrive-v0`` and ``envs:DoorwayDrive-v0`` of differential drives between
-walls; and ``envs:Scenario-v0`` of any scenario by name or file, see `envs.scenarios.load_scenario`.
+walls; ``envs:Town-v0`` and ``envs:TownHeldOut-v0``; and ``envs:Scenario-v0`` of any scenario by name or file, see
+`envs.scenarios.load_scenario`. In all of these one robot learns; ``gymnasium.make_vec("envs:Robots-v0", num_envs=...,
+scenario=...)`` makes every robot a lane.
 """
 
 import gymnasium
@@ -37,24 +39,19 @@ __all__ = [
     "load_scenario",
 ]
 
-gymnasium.register(
-    id="Crossroad-v0",
-    entry_point="envs.gymnasium_adapter:OneLearner",
-    kwargs={"scenario": Crossroad()},
-)
-gymnasium.register(
-    id="Circle-v0",
-    entry_point="envs.gymnasium_adapter:OneLearner",
-    kwargs={"scenario": Circle()},
-)
-for _name, _scenario in (
-    ("Crossroad", Crossroad(is_walled=True)),
-    ("Corridor", Corridor()),
-    ("Doorway", Doorway()),
+for _name, _kinematics, _scenario in (
+    ("Crossroad", "holonomic", Crossroad()),
+    ("Circle", "holonomic", Circle()),
+    ("CrossroadDrive", "differential", Crossroad(is_walled=True)),
+    ("CorridorDrive", "differential", Corridor()),
+    ("DoorwayDrive", "differential", Doorway()),
+    ("Town", "differential", Town(8)),
+    ("TownHeldOut", "differential", Town(8, "held-out")),
+    ("Scenario", "differential", "crossroad"),
 ):
     gymnasium.register(
-        id=f"{_name}Drive-v0",
-        entry_point="envs.gymnasium_adapter:OneLearner",
-        kwargs={"scenario": _scenario, "kinematics": "differential"},
+        id=f"{_name}-v0",
+        entry_point="envs.named_scenario:named_scenario",
+        kwargs={"scenario": _scenario, "usual": _kinematics},
     )
-gymnasium.register(id="Scenario-v0", entry_point="envs.named_scenario:named_scenario")
+gymnasium.register(id="Robots-v0", vector_entry_point="envs.vector_adapter:VectorRobots")

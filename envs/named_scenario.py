@@ -1,4 +1,4 @@
-"""``envs:Scenario-v0``: a Gymnasium environment of any scenario, by its name or file.
+"""What the ids of Gymnasium environments stand for: a scenario, and how its robots move unless told otherwise.
 
 gymnasium.make("envs:Scenario-v0", scenario="passing")
 gymnasium.make("envs:Scenario-v0", scenario="mine.yaml")
@@ -9,23 +9,27 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from envs.dynamics import Kinematics
 from envs.gymnasium_adapter import OneLearner
-from envs.scenarios.library import load_scenario
+from envs.scenarios import Scenario
 
 
-def named_scenario(scenario: str | Path = "crossroad", **settings: Any) -> OneLearner:
-    """Build the environment, with differential drives and the scenario's own rules unless told otherwise.
+def named_scenario(
+    scenario: Scenario | str | Path = "crossroad",
+    *,
+    usual: Kinematics = "differential",
+    **settings: Any,
+) -> OneLearner:
+    """Build the environment.
 
     Args:
-        scenario: See `load_scenario`.
+        scenario: See `OneLearner`.
+        usual: How robots move if neither ``kinematics`` nor ``fleet`` says it.
         **settings: As for `OneLearner`.
 
     Raises:
         UnknownScenario: If the library has no such name.
         ScenarioFileError: If the file cannot be used.
     """
-    loaded = load_scenario(scenario)
-    default = {"rules": loaded.rules} | (
-        {} if "fleet" in settings else {"kinematics": "differential"}
-    )
-    return OneLearner(loaded, **(default | settings))
+    default = {} if "fleet" in settings else {"kinematics": usual}
+    return OneLearner(scenario, **(default | settings))

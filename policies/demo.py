@@ -15,8 +15,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, track
 
 from envs.animation import write_gif
+from envs.brush import Canvas
 from envs.recording import Recording
-from envs.rendering import Canvas, side_by_side
+from envs.rendering import side_by_side
 from envs.trajectory_figure import write_trajectories
 from policies.demo_cases import CasePictures
 from policies.demo_tables import decision_table, outcome_table, priority_table

@@ -76,14 +76,16 @@ def roll_out(
     decision_times = []
     for _ in range(limit):
         actions = navigation.wanted(policy.act(world, rng))
+        case = np.zeros(world.cooperative.shape, dtype=np.int64)
         if safety_filter is not None and world.cooperative.any():
             scene, wanted, decision, elapsed = _decide(navigation, safety_filter, actions)
             measures.record_decision(decision)
+            case[world.cooperative] = decision.case
             decision_times.append(elapsed)
             watch(scene, wanted, decision)
         outcome = navigation.step(actions)
         measures.record(world, outcome, actions, navigation.rules.dt)
-        recorder.record()
+        recorder.record(actions[0], case[0])
         if outcome.over.all():
             break
     success = world.arrived & ~world.collided

@@ -41,7 +41,8 @@ from proofs.arcs import (
 from proofs.arcs import straight as straight_line
 from proofs.prover import Assumptions, Proof, Values, prove
 from proofs.separation import OFFSET, ROW_X, ROW_Y, TIME
-from proofs.symbolic import Number, Outcome, cosine_of, outcome, sine_of, symbolic
+from proofs.symbolic import Number, Outcome, outcome, symbolic
+from proofs.terms import cosine_of, sine_of
 from safefilter.constraints.row_buffers import Sections
 from safefilter.kinematics.drive import NO_DRIVE
 from safefilter.kinematics.drive_last_word import is_command_safe

@@ -16,7 +16,8 @@ import z3
 from proofs.apart import parts, supports
 from proofs.prover import Proof, Values, prove
 from proofs.solver import Shift
-from proofs.symbolic import Number, inverse_of, outcome, symbolic
+from proofs.symbolic import Number, outcome, symbolic
+from proofs.terms import inverse_of
 from safefilter.constraints.velocity_obstacle import VANISHING, encounter, norm_boundary
 
 GIVEN = tuple(z3.Reals("p_x p_y o_x o_y R tau overlap_time tie kind"))

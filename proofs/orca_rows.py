@@ -17,16 +17,8 @@ import z3
 
 from proofs.boundary import CHANGE, GIVEN, HORIZON, KIND, MIRRORED, N_X, N_Y, OFFSET, OVERLAP_TIME
 from proofs.prover import Proof, prove
-from proofs.symbolic import (
-    POSITIVE,
-    Condition,
-    Number,
-    Outcome,
-    canonical,
-    outcome,
-    symbolic,
-    term_of,
-)
+from proofs.symbolic import POSITIVE, Condition, Number, Outcome, outcome, symbolic, term_of
+from proofs.terms import canonical
 from safefilter.constraints import priority_orca
 from safefilter.constraints.row_buffers import RowLabels
 from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, WANTED_X, WANTED_Y, X, Y

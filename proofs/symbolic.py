@@ -25,6 +25,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import z3
 
+from proofs.terms import canonical, cosine_of, inverse_of, root_of, sine_of
 from safefilter.jit import source_of
 
 P = ParamSpec("P")
@@ -68,11 +69,6 @@ def _infinite(infinity: Exact, factor: Number) -> Exact:
     if factor < 0:
         return -infinity
     raise ArithmeticError("infinity times zero is no number")
-
-
-def canonical(term: z3.ArithRef) -> z3.ArithRef:
-    """Write equal polynomials alike."""
-    return z3.simplify(term, som=True, sort_sums=True)
 
 
 class Number:
@@ -203,34 +199,6 @@ class _Run:
         cosine, sine = cosine_of(angle), sine_of(angle)
         self.definitions[str(sine)] = cosine * cosine + sine * sine == 1
         return cosine, sine
-
-
-def root_of(square: z3.ArithRef) -> z3.ArithRef:
-    """The variable that stands for a square root."""
-    return _value_of("sqrt", square)
-
-
-def inverse_of(divisor: z3.ArithRef) -> z3.ArithRef:
-    """The variable that stands for one over a divisor; the number itself where the divisor is known."""
-    divisor = canonical(divisor)
-    if z3.is_rational_value(divisor) and divisor.as_fraction() != 0:
-        return z3.RealVal(1 / divisor.as_fraction())
-    return _value_of("1/", divisor)
-
-
-def cosine_of(angle: z3.ArithRef) -> z3.ArithRef:
-    """The variable that stands for a cosine."""
-    return _value_of("cos", angle)
-
-
-def sine_of(angle: z3.ArithRef) -> z3.ArithRef:
-    """The variable that stands for a sine."""
-    return _value_of("sin", angle)
-
-
-def _value_of(function: str, argument: z3.ArithRef) -> z3.ArithRef:
-    """Variable for a function's value, named by its argument: equal polynomials have one, others never."""
-    return z3.Real(f"{function}({canonical(argument).sexpr()})")
 
 
 def _has_sign(polynomial: z3.ArithRef, signs: frozenset[int]) -> z3.BoolRef:

@@ -15,6 +15,9 @@ if worker := os.environ.get("PYTEST_XDIST_WORKER"):
     cache = Path(__file__).parents[1] / ".pytest_cache" / "numba" / worker
     os.environ.setdefault("NUMBA_CACHE_DIR", str(cache))
 
+# Windows open nowhere. Must be set before pygame is imported.
+os.environ["SDL_VIDEODRIVER"] = "dummy"
+
 # The first example pays for numba's compiler, seconds long: neither deadlines nor slow drawing say anything here.
 settings.register_profile("dev", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", settings.get_profile("dev"), derandomize=True, print_blob=True)

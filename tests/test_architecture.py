@@ -56,16 +56,17 @@ ON_REQUEST = [
 DISTRIBUTIONS = {
     "PIL": "pillow",
     "irsim": "ir-sim",
+    "pygame": "pygame-ce",
     "stable_baselines3": "stable-baselines3",
     "yaml": "pyyaml",
     "z3": "z3-solver",
 }
 EXTRA_OF_FOLDER = {
     "safefilter": ["demo", "learn", "testing"],
-    "envs": ["demo"],
+    "envs": ["demo", "learn"],
     "policies": ["demo", "learn"],
     "proofs": ["demo", "dev"],
-    "benchmarks": ["demo", "dev", "learn"],
+    "benchmarks": ["bench", "demo", "dev", "learn"],
     "examples": ["demo", "learn"],
     "tests": ["demo", "dev", "learn", "testing"],
 }

@@ -63,6 +63,7 @@ class ActionFilter:
         index: int | Sequence[int] | None,
         *,
         allow_stop: bool = False,
+        env: object = None,
     ) -> None:
         """Check that filter, space and robots go together.
 
@@ -71,6 +72,8 @@ class ActionFilter:
             space: Action space of one lane.
             index: Robot of each row; see `SafeAction`.
             allow_stop: See `SafeAction`.
+            env: Unwrapped environment. If it has a method ``note_decisions(decision, robots)``, that is told of the
+                decisions of each step before it is made, for environments that show, record or reward them.
 
         Raises:
             InvalidInput: If the space is no Box of float32 or float64, or a setting has no use.
@@ -87,6 +90,7 @@ class ActionFilter:
         self._follows_scene = index is None
         self._robots = robots_of_rows(space.shape, index)
         self._limits = limits_of(safety_filter, space, self._robots, allow_stop=allow_stop)
+        self._note = getattr(env, "note_decisions", None) if self.has_robots else None
 
     def in_space(self, action: npt.ArrayLike, num_lanes: int | None = None) -> Action:
         """Copy actions in the dtype of the space, as shape (L, R, d).
@@ -147,4 +151,6 @@ class ActionFilter:
         decision = safety_filter.decide(lanes.scene, executed[lane, row], robots[lane, row])
         executed[~asked] = action[~asked]
         executed[lane, row] = decision.action
+        if self._note is not None:
+            self._note(decision, robots[lane, row])
         return Executed(executed, decision, lane, row)

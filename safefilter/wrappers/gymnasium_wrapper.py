@@ -117,7 +117,9 @@ class SafeAction(
         gymnasium.Wrapper.__init__(self, env)
         require_innermost(env)
         self._penalty = require_penalty(penalty)
-        self._filter = ActionFilter(safety_filter, env.action_space, index, allow_stop=allow_stop)
+        self._filter = ActionFilter(
+            safety_filter, env.action_space, index, allow_stop=allow_stop, env=env.unwrapped
+        )
         self._scene = SceneSource(env.unwrapped, scene, has_robots=self._filter.has_robots)
         self._latest: tuple[ObsT, dict[str, Any]] | None = None
         self._totals = EpisodeTotals()

@@ -12,7 +12,7 @@ import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray, frozen
 from safefilter.constraints.constraint import AnyScene
-from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.scene import Scene
 
 
@@ -55,6 +55,29 @@ class Lanes:
         order = np.argsort(scene.world, kind="stable")
         start = np.searchsorted(scene.world[order], np.arange(num_lanes + 1))
         return cls(scene, order, start)
+
+    @classmethod
+    def of_robots(cls, scene: Scene, robots: IntArray, num_lanes: int) -> Lanes:
+        """One scene for all, in which each lane is about one robot, whatever worlds they share.
+
+        Args:
+            scene: All robots.
+            robots: That of each lane, shape (L,).
+            num_lanes: Number of lanes L.
+
+        Raises:
+            ShapeError: If there is not one robot a lane.
+            OutOfRange: If the scene has no such robot, or two lanes have the same.
+        """
+        if robots.shape != (num_lanes,):
+            raise ShapeError(f"robot_of_lane: expected shape ({num_lanes},), got {robots.shape}")
+        if not 0 <= robots.min() <= robots.max() < scene.num_robots or len(
+            np.unique(robots)
+        ) != len(robots):
+            raise OutOfRange(
+                f"robot_of_lane: expected different robots 0 to {scene.num_robots - 1}, got {robots.tolist()}"
+            )
+        return cls(scene, robots, np.arange(num_lanes + 1))
 
     @classmethod
     def stacked(cls, scenes: Sequence[Scene]) -> Lanes:

@@ -96,7 +96,11 @@ class SafeParallelEnv(BaseParallelWrapper):  # type: ignore[misc]  # PettingZoo 
         self._penalty = require_penalty(penalty)
         space = rows_space([env.action_space(agent) for agent in self._agents])
         self._filter = ActionFilter(
-            safety_filter, space, self._robots.tolist(), allow_stop=allow_stop
+            safety_filter,
+            space,
+            self._robots.tolist(),
+            allow_stop=allow_stop,
+            env=env.unwrapped,
         )
         self._scene = SceneSource(env.unwrapped, scene)
         self._latest: tuple[Any, dict[Agent, Any]] | None = None

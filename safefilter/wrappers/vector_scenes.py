@@ -53,12 +53,15 @@ class VectorScenes:
 
         Raises:
             SceneUnavailable: If what comes back is no scene, nor a scene a lane.
-            ShapeError: If there are more or less scenes than lanes.
+            ShapeError: If there are more or less scenes, or robots, than lanes.
         """
         found = self._found(observations, infos)
         if not self._has_robots:
             return Lanes.of_entries(found, self._num_lanes)
         if isinstance(found, Scene):
+            robots = getattr(self._env, "robot_of_lane", None)
+            if robots is not None:
+                return Lanes.of_robots(found, robots, self._num_lanes)
             return Lanes.of_worlds(found, self._num_lanes)
         if not isinstance(found, list | tuple):
             raise SceneUnavailable(

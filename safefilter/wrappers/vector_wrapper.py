@@ -74,7 +74,9 @@ class SafeVectorAction(Wrapper, gymnasium.utils.RecordConstructorArgs):
             scene: Function ``(vector_env, observations, infos)`` of the unwrapped vector environment and of what its
                 last step or reset returned, to a `Scene` a lane, or to one scene for all with ``world=``, the lane of
                 each robot. None: the unwrapped vector environment's own ``scene()``, or those of its lanes, asked for
-                by ``call("scene")``. For a `Box` of actions, what the constraints read: lane k is entry k.
+                by ``call("scene")``. Where lanes are robots that share worlds, the vector environment's attribute
+                ``robot_of_lane`` says which robot of its one scene each is about, whatever their worlds. For a `Box`
+                of actions, what the constraints read: lane k is entry k.
             index: Robots of a lane that its rows are about; as in `SafeAction`.
             penalty: Reward taken away per m/s of correction, summed over the robots of a lane.
             allow_stop: As in `SafeAction`.
@@ -100,7 +102,11 @@ class SafeVectorAction(Wrapper, gymnasium.utils.RecordConstructorArgs):
         self._mode = _autoreset_mode(env)
         self._penalty = require_penalty(penalty)
         self._filter = ActionFilter(
-            safety_filter, env.single_action_space, index, allow_stop=allow_stop
+            safety_filter,
+            env.single_action_space,
+            index,
+            allow_stop=allow_stop,
+            env=env.unwrapped,
         )
         self._scenes = VectorScenes(
             env.unwrapped, env.num_envs, scene, has_robots=self._filter.has_robots

@@ -2,18 +2,19 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from PIL import Image, ImageSequence
 
 from envs.animation import write_gif
 
 
-def pictures(count: int) -> list[Image.Image]:
+def pictures(count: int) -> list[npt.NDArray[np.uint8]]:
     """A red bar that grows."""
     frames = []
     for width in range(count):
-        frame = Image.new("RGB", (60, 40), (255, 255, 255))
-        frame.paste((200, 0, 0), (0, 0, 5 * width + 5, 40))
+        frame = np.full((40, 60, 3), 255, dtype=np.uint8)
+        frame[:, : 5 * width + 5] = [200, 0, 0]
         frames.append(frame)
     return frames
 
@@ -30,7 +31,7 @@ def test_animation_holds_every_frame_and_rests_on_the_last(tmp_path: Path) -> No
             durations.append(frame.info["duration"])
     assert durations == [100] * 5 + [2000]
     for written, drawn in zip(frames, pictures(6), strict=True):
-        np.testing.assert_array_equal(written, np.asarray(drawn))
+        np.testing.assert_array_equal(written, drawn)
     assert all((first != second).any() for first, second in pairwise(frames))
 
 

@@ -5,6 +5,7 @@ import gymnasium
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from envs.fleet import Fleet
 from envs.gymnasium_adapter import OneLearner
 from envs.rules import AfterArrival, Rules
 from envs.scenarios.library import UnknownScenario
@@ -29,6 +30,16 @@ def test_robots_are_drives_and_rules_are_the_scenario_s_unless_told_otherwise() 
     other = made("rvo2_blocks", rules=Rules(time_limit=5.0), kinematics="holonomic")
     assert not other.navigation.world.is_differential
     assert other.navigation.rules.time_limit == 5.0
+
+
+def test_a_fleet_decides_how_its_robots_move() -> None:
+    drives = Fleet.of(8, kinematics="differential")
+    environment = gymnasium.make("envs:Crossroad-v0", fleet=drives).unwrapped
+    assert isinstance(environment, OneLearner)
+    assert environment.navigation.world.is_differential
+    plain = gymnasium.make("envs:Crossroad-v0").unwrapped
+    assert isinstance(plain, OneLearner)
+    assert not plain.navigation.world.is_differential
 
 
 def test_a_file_of_one_s_own_becomes_an_environment(tmp_path: Path) -> None:

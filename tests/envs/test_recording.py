@@ -36,7 +36,20 @@ def test_recording_of_drives_holds_headings_and_walls() -> None:
     navigation.step(np.full((1, 8, 2), 0.1))
     recorder.record()
     recording = recorder.recording()
-    assert recording.has_heading
+    assert recording.setting.has_heading
     turned = np.diff(recording.heading, axis=0) % (2.0 * np.pi)
     np.testing.assert_allclose(turned, 0.02)
-    np.testing.assert_array_equal(recording.walls, scenario.walls)
+    np.testing.assert_array_equal(recording.setting.walls, scenario.walls)
+
+
+def test_recording_tells_what_robots_were_told_and_what_a_filter_did() -> None:
+    navigation = Navigation(Crossroad())
+    navigation.reset(0)
+    recorder = Recorder(navigation.world, 0, navigation.rules.dt, "crossroad", 7)
+    action = np.full((1, 8, 2), 0.1)
+    navigation.step(action)
+    recorder.record(action[0], np.arange(8) % 4)
+    recording = recorder.recording()
+    assert (recording.setting.scenario, recording.setting.seed) == ("crossroad", 7)
+    assert recording.case.tolist() == [[0] * 8, [0, 1, 2, 3] * 2]
+    np.testing.assert_array_equal(recording.action[1], action[0])

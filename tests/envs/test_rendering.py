@@ -1,19 +1,14 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from PIL import Image
+import numpy.typing as npt
 
 from envs import AfterArrival, Crossroad, Fleet, Navigation, Rules
+from envs.brush import FOOTER, HEADER, Canvas
+from envs.layers import Layers
+from envs.palette import CASE_COLOURS
 from envs.recording import Recorder, Recording
-from envs.rendering import (
-    FOOTER,
-    HEADER,
-    Canvas,
-    draw_moment,
-    priority_colours,
-    side_by_side,
-)
+from envs.rendering import draw_moment, side_by_side
 
 CANVAS = Canvas(200, Crossroad().half_extent)
 
@@ -30,17 +25,13 @@ def crossing(num_steps: int = 60, after_arrival: AfterArrival = AfterArrival.YIE
     return recorder.recording()
 
 
-def reddish(picture: Image.Image) -> int:
-    pixels = np.asarray(picture.convert("RGB")).astype(int)
+def reddish(picture: npt.NDArray[np.uint8]) -> int:
+    pixels = picture.astype(int)
     return int(((pixels[..., 0] > 180) & (pixels[..., 1:].max(axis=-1) < 80)).sum())
 
 
-def test_a_world_point_is_drawn_where_it_belongs() -> None:
-    corners = CANVAS.pixels(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
-    middle, east, north = np.array(corners)
-    assert east[0] - middle[0] == pytest.approx(CANVAS.scale)
-    assert middle[1] - north[1] == pytest.approx(CANVAS.scale)
-    assert middle.tolist() == [200.0, 2 * HEADER + 200.0]
+def differing(one: npt.NDArray[np.uint8], other: npt.NDArray[np.uint8]) -> int:
+    return int((one != other).any(axis=-1).sum())
 
 
 def test_collided_robots_are_marked_red() -> None:
@@ -52,20 +43,8 @@ def test_collided_robots_are_marked_red() -> None:
 
 def test_vanished_robots_are_not_drawn() -> None:
     recording = crossing(num_steps=1)
-    gone = Recording(
-        time=recording.time,
-        position=recording.position,
-        heading=recording.heading,
-        arrived=recording.arrived,
-        collided=recording.collided,
-        present=np.zeros_like(recording.present),
-        goal=recording.goal,
-        radius=recording.radius,
-        priority=recording.priority,
-        walls=recording.walls,
-        has_heading=recording.has_heading,
-    )
-    here, nowhere = (np.asarray(draw_moment(each, 0, CANVAS)) for each in (recording, gone))
+    gone = replace(recording, present=np.zeros_like(recording.present))
+    here, nowhere = (draw_moment(each, 0, CANVAS) for each in (recording, gone))
     dark = [(picture.max(axis=-1) < 60).sum() for picture in (here, nowhere)]
     assert dark[0] > dark[1]
 
@@ -73,21 +52,64 @@ def test_vanished_robots_are_not_drawn() -> None:
 def test_pictures_stand_side_by_side_over_a_legend() -> None:
     recording = crossing(num_steps=2)
     picture = side_by_side([("off", recording), ("on", recording)], 99, CANVAS)
-    assert picture.size == (400, HEADER + 200 + FOOTER)
-
-
-def test_equal_priorities_share_a_colour_and_higher_ones_are_darker() -> None:
-    assert len(set(priority_colours(np.ones(3)))) == 1
-    colours = priority_colours(np.array([1.0, 2.0, 8.0]))
-    assert sum(colours[0]) > sum(colours[1]) > sum(colours[2])
+    assert picture.shape == (HEADER + 200 + FOOTER, 400, 3)
+    assert picture.dtype == np.uint8
 
 
 def test_walls_and_headings_are_drawn() -> None:
     recording = crossing(num_steps=1)
-    walled = replace(recording, walls=np.array([[[-2.0, 2.0], [2.0, 2.0]]]))
-    facing = replace(recording, has_heading=True)
+    walls = np.array([[[-2.0, 2.0], [2.0, 2.0]]])
+    walled = replace(recording, setting=replace(recording.setting, walls=walls))
+    facing = replace(recording, setting=replace(recording.setting, has_heading=True))
     bare, with_wall, with_noses = (
-        np.asarray(draw_moment(each, 1, CANVAS)) for each in (recording, walled, facing)
+        draw_moment(each, 1, CANVAS) for each in (recording, walled, facing)
     )
-    assert (bare != with_wall).any(axis=-1).sum() > 150
-    assert (bare != with_noses).any(axis=-1).sum() > 8
+    assert differing(bare, with_wall) > 150
+    assert differing(bare, with_noses) > 8
+
+
+def test_robots_whose_action_was_changed_have_a_ring() -> None:
+    recording = crossing(num_steps=1)
+    case = np.zeros_like(recording.case)
+    case[1, :4] = [1, 2, 3, 0]
+    bare, ringed = (
+        draw_moment(each, 1, CANVAS) for each in (recording, replace(recording, case=case))
+    )
+    assert differing(bare, ringed) > 40
+    for number, colour in CASE_COLOURS.items():
+        near = np.abs(ringed.astype(int) - colour).max(axis=-1) < 60
+        assert near.sum() > 4, number
+
+
+def test_beams_and_areas_are_drawn_on_request() -> None:
+    recording = crossing(num_steps=2)
+    bare = draw_moment(recording, 2, CANVAS)
+    beams = draw_moment(recording, 2, CANVAS, layers=Layers(num_beams=12))
+    areas = draw_moment(recording, 2, CANVAS, layers=Layers(has_areas=True))
+    assert differing(bare, beams) > 500
+    assert differing(bare, areas) > 300
+    # A holonomic robot that has not moved faces nowhere, and has no area.
+    still = (
+        draw_moment(recording, 0, CANVAS),
+        draw_moment(recording, 0, CANVAS, layers=Layers(has_areas=True)),
+    )
+    assert differing(*still) == 0
+
+
+def test_trails_are_broken_where_robots_are_reborn() -> None:
+    recording = crossing(num_steps=4)
+    position = recording.position.copy()
+    position[3:, 0] += [4.0, 4.0]
+    jumped = draw_moment(replace(recording, position=position), 4, CANVAS)
+    position[3:, 0] -= [2.0, 2.0]
+    nearer = draw_moment(replace(recording, position=position), 4, CANVAS)
+    # Half the jump leaves as many coloured pixels: nothing is drawn between.
+    inked = [int((picture < 250).any(axis=-1).sum()) for picture in (jumped, nearer)]
+    assert abs(inked[0] - inked[1]) < 60
+
+
+def test_people_are_not_counted_and_have_no_goal() -> None:
+    recording = crossing(num_steps=1)
+    person = np.arange(8) == 0
+    among = replace(recording, setting=replace(recording.setting, person=person))
+    assert differing(draw_moment(recording, 1, CANVAS), draw_moment(among, 1, CANVAS)) > 50

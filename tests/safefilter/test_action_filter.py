@@ -3,6 +3,7 @@ import pytest
 from gymnasium.spaces import Box
 
 import safefilter as sf
+from safefilter.arrays import IntArray
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.wrappers.action_filter import ActionFilter
 from safefilter.wrappers.lanes import Lanes
@@ -69,3 +70,17 @@ def test_box_of_actions_knows_no_robots() -> None:
     assert not ActionFilter(safety_filter, box, 0).has_robots
     with pytest.raises(InvalidInput, match="a Box of actions knows no robots"):
         ActionFilter(safety_filter, box, 1)
+
+
+def test_an_environment_that_wants_to_know_is_told_whose_decision_is_whose() -> None:
+    told: list[tuple[sf.Decision, list[int]]] = []
+
+    class Curious:
+        def note_decisions(self, decision: sf.Decision, robots: IntArray) -> None:
+            told.append((decision, robots.tolist()))
+
+    action_filter = ActionFilter(FILTER, ONE, 1, env=Curious())
+    lanes = Lanes.stacked([contact(), contact(), contact()])
+    wanted = action_filter.in_space(np.zeros((3, 2)), 3)
+    executed = action_filter(lanes, wanted, np.array([[True], [False], [True]]))
+    assert told == [(executed.decision, [1, 5])]

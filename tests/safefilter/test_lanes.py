@@ -124,3 +124,26 @@ def test_scenes_that_know_no_robots_have_an_entry_a_lane() -> None:
     lanes = Lanes.of_entries("anything", 3)
     assert lanes.scene == "anything"
     assert lanes.sizes.tolist() == [1, 1, 1]
+
+
+def test_lanes_may_be_about_robots_that_share_worlds() -> None:
+    everyone = crowd(3, 6, world=[0, 0, 0, 5, 5, 5])
+    lanes = Lanes.of_robots(everyone, np.array([0, 2, 3, 5]), 4)
+    assert lanes.sizes.tolist() == [1, 1, 1, 1]
+    assert lanes.robots.tolist() == [0, 2, 3, 5]
+    # Those without a lane are still there for the others to see.
+    assert lanes.scene is everyone
+
+
+@pytest.mark.parametrize(
+    ("robots", "message"),
+    [
+        ([0, 1], r"robot_of_lane: expected shape \(3,\), got \(2,\)"),
+        ([0, 1, 4], "expected different robots 0 to 3, got"),
+        ([-1, 1, 2], "expected different robots 0 to 3, got"),
+        ([0, 1, 1], "expected different robots 0 to 3, got"),
+    ],
+)
+def test_lanes_without_a_robot_each_are_refused(robots: list[int], message: str) -> None:
+    with pytest.raises(InvalidInput, match=message):
+        Lanes.of_robots(crowd(0, 4), np.array(robots), 3)

@@ -79,3 +79,11 @@ def test_constraints_of_a_box_are_handed_what_there_is() -> None:
     lanes = VectorScenes(None, 2, lambda *_: states, has_robots=False)({}, {})
     assert lanes.scene is states
     assert lanes.robots.tolist() == [0, 1]
+
+
+def test_lanes_may_be_robots_of_shared_worlds() -> None:
+    env = OneForAll()
+    env.robot_of_lane = np.array([2, 0, 1])  # type: ignore[attr-defined]  # an environment may have it or not
+    lanes = VectorScenes(env, 3, None, has_robots=True)({}, {})
+    assert lanes.robots.tolist() == [2, 0, 1]
+    assert lanes.sizes.tolist() == [1, 1, 1]
