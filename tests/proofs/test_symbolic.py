@@ -57,6 +57,18 @@ def test_what_is_not_finite_is_no_number() -> None:
     ]
 
 
+def test_an_infinite_limit_is_beyond_every_number() -> None:
+    def is_in_reach() -> tuple[Any, ...]:
+        horizon = Number(A)
+        if horizon <= 0:
+            return (0,)
+        return (1 if Number(B) < math.inf * horizon + Number(B) else 2,)
+
+    assert sorted(way.result for way in paths(is_in_reach)) == [(0,), (1,)]
+    with pytest.raises(ArithmeticError, match="infinity times zero"):
+        paths(lambda: (math.inf * Number(A),))
+
+
 def test_unknown_numbers_are_compared_inside_paths_only() -> None:
     with pytest.raises(RuntimeError, match="inside `paths` only"):
         bool(Number(A) > 0)
