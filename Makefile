@@ -23,7 +23,8 @@ help: ## List these targets
 demo: $(VENV)/demo-installed ## Robots cross an intersection, filter off and on: a table, and pictures in out/demo/
 	$(BIN)/python -m policies.demo
 
-test: check ## Everything that must pass: check, all tests
+test: check ## Everything that must pass: check, proofs, all tests
+	$(BIN)/python -m proofs
 	$(PYTEST)
 
 check: $(VENV)/dev-installed ## Style, formatting, types, and who may import whom

@@ -65,7 +65,7 @@ EXTRA_OF_FOLDER = {
     "safefilter": ["demo", "learn", "testing"],
     "envs": ["demo", "learn"],
     "policies": ["demo", "learn"],
-    "proofs": ["dev"],
+    "proofs": ["demo", "dev"],
     "benchmarks": ["bench", "demo", "dev", "learn"],
     "examples": ["demo", "learn"],
     "tests": ["demo", "dev", "learn", "testing"],

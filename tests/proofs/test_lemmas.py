@@ -1,0 +1,160 @@
+"""Every file of lemmas refuses a shipped formula that is made wrong on purpose, with numbers that show it."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+import z3
+
+from proofs import __main__ as command_line
+from proofs import apart, horizon
+from proofs.prover import NotProved
+
+SEPARATION = "safefilter.constraints.separation"
+WALLS = "safefilter.constraints.walls"
+ARC = "safefilter.kinematics.arc"
+LAST_WORD = "safefilter.kinematics.drive_last_word"
+
+
+def afresh(name: str) -> ModuleType:
+    """Run a file of lemmas once more: with the formulas as they are now, and with none of its lemmas proved yet."""
+    spec = importlib.util.find_spec(f"proofs.{name}")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+Wrong = tuple[str, str, Callable[..., Any], Callable[[Any], Any]]
+WRONG: dict[str, Wrong] = {
+    "all of the gap for each": (
+        "separation",
+        f"{SEPARATION}.shared_budget",
+        lambda gap, _: gap,
+        lambda of: of.row(0),
+    ),
+    "the other cannot move": (
+        "separation",
+        f"{SEPARATION}.spare_budget",
+        lambda gap, _: gap,
+        lambda of: of.row(1),
+    ),
+    "a budget below zero": (
+        "separation",
+        f"{SEPARATION}.cooperative_budget",
+        lambda gap, _, reach: gap - reach,
+        lambda of: of.standing_still(0, cooperative=True),
+    ),
+    "no credit for approaching": (
+        "separation_passive",
+        f"{SEPARATION}.passive_budget",
+        lambda gap, _: gap,
+        lambda of: of.passive_row(),
+    ),
+    "no radii": (
+        "overlap",
+        f"{SEPARATION}.clearance",
+        lambda distance, *_: distance,
+        lambda of: of.row(0),
+    ),
+    "the margin twice": (
+        "induction",
+        f"{SEPARATION}.clearance",
+        lambda distance, mine, other, margin: distance - mine - other - 2 * margin,
+        lambda of: of.step(),
+    ),
+    "no unit vector": (
+        "never_touch",
+        f"{SEPARATION}.direction",
+        lambda p_x, p_y, *_: (p_x, p_y),
+        lambda of: of.unit_or_left_out(0),
+    ),
+    "a wall without the radius": (
+        "walls",
+        f"{WALLS}.wall_budget",
+        lambda distance, *_: distance,
+        lambda of: of.towards_closest(),
+    ),
+    "the line instead of the segment": (
+        "walls",
+        f"{WALLS}.projection_part",
+        lambda *_: 0.5,
+        lambda of: of.supporting_line(),
+    ),
+    "the same over a horizon": (
+        "static_obstacles",
+        f"{WALLS}.wall_budget",
+        lambda distance, *_: distance,
+        lambda of: of.towards_closest(),
+    ),
+    "an arc without its middle": (
+        "arcs",
+        f"{ARC}.inner_advance_away",
+        lambda cosine, *_: 0 * cosine,
+        lambda of: of.bounded(left=True),
+    ),
+    "an arc that turns the other way": (
+        "arcs",
+        f"{ARC}.inner_advance_through",
+        lambda sine, rate: (1 + sine) / abs(rate),
+        lambda of: of.bounded(left=False),
+    ),
+    "no cap": ("arc_cap", f"{LAST_WORD}.speed_cap", lambda *_: math.inf, lambda of: of.command()),
+    "a chord of half the length": (
+        "arc_cap",
+        f"{ARC}.sinc",
+        lambda x: 0 * x + 0.5,
+        lambda of: of.asked(),
+    ),
+    "shares that are no part of one": (
+        "responsibilities",
+        "safefilter.constraints.responsibility.share",
+        lambda own, _: own,
+        lambda of: of.LEMMAS[0](),
+    ),
+}
+# Tried by the tests below, and by `test_wrong_formulas`.
+TRIED_APART = {"apart", "boundary", "horizon", "orca_rows"}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_a_wrong_formula_is_refuted(wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    name, formula, made_wrong, lemma = WRONG[wrong]
+    monkeypatch.setattr(formula, made_wrong)
+    with pytest.raises(NotProved, match="the claim is false") as caught:
+        lemma(afresh(name))
+    assert caught.value.counter_example
+
+
+def test_every_file_of_lemmas_is_run_and_tried() -> None:
+    folder = Path(command_line.__file__).parent
+    names = {path.stem for path in folder.glob("*.py") if "\nLEMMAS = " in path.read_text("utf-8")}
+    files = [importlib.import_module(f"proofs.{name}") for name in sorted(names)]
+    assert {id(file.LEMMAS) for file in files} == set(map(id, command_line.FAMILIES))
+    assert names == {wrong[0] for wrong in WRONG.values()} | TRIED_APART
+
+
+def test_a_half_plane_for_no_time_keeps_nothing_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    def without_horizon(*given: z3.ArithRef) -> z3.BoolRef:
+        n_x, n_y, p_x, p_y, radius, _, offset = given
+        behind = n_x * p_x + n_y * p_y + radius
+        return z3.And(n_x * n_x + n_y * n_y == 1, behind <= 0, offset >= behind)
+
+    monkeypatch.setattr(apart, "supports", without_horizon)
+    with pytest.raises(NotProved, match="the claim is false"):
+        apart.until_horizon.__wrapped__()
+
+
+def test_half_planes_that_support_nothing_keep_nothing_apart(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("proofs.boundary.supporting", apart.projection)
+    with pytest.raises(NotProved, match="the claim is false"):
+        horizon.alone.__wrapped__()
