@@ -195,7 +195,7 @@ def for_ever() -> Proof:
     next_gap = [
         z3.substitute(as_formula(fact), *at_the_end.items())
         for key, fact in following.assumptions.items()
-        if key not in IN_STEP
+        if key != IN_STEP
     ]
     of_pair = [as_formula(fact) for fact in _of_pair().values()]
     assumptions = {
