@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numba
 import numpy as np
@@ -122,16 +123,17 @@ def drive(navigation: Navigation, safety_filter: SafetyFilter | None, num_steps:
 
 
 def _rows(case: Case, group: str, rounds: int) -> Iterator[Row]:
-    plain, filtered = case.started(), case.started()
     safety_filter = make_filter()
-    actions: dict[str, Callable[[], object]] = {
-        "filter off": lambda: drive(plain, None, STEPS),
-        "filter on": lambda: drive(filtered, safety_filter, STEPS),
-    }
     before = numba.get_num_threads()
     try:
         for threads in (1, 2) if before > 1 else (1,):
             numba.set_num_threads(threads)
+            # From the same starts: what a step costs depends on how many robots meet.
+            plain, filtered = case.started(), case.started()
+            actions: dict[str, Callable[[], object]] = {
+                "filter off": partial(drive, plain, None, STEPS),
+                "filter on": partial(drive, filtered, safety_filter, STEPS),
+            }
             times = interleaved(actions, rounds=rounds)
             for name, taken in times.items():
                 label = f"{name}, {threads} thread{'s' if threads > 1 else ''}"

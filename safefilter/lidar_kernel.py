@@ -117,10 +117,18 @@ def mask_returns(
     masker[:] = -1
     num_beams = len(masker)
     step = 2.0 * math.pi / num_beams
+    furthest = 0.0
+    for k in range(num_beams):
+        if math.isfinite(ranges[i, k]):
+            furthest = max(furthest, ranges[i, k])
     for j in range(first, last):
         if j == i or world[j] != world[i]:
             continue
         c_x, c_y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
+        # Twice the margin, so that rounding of this shortcut leaves out nobody whom the exact test would not.
+        reach = furthest + radius[j] + 2.0 * MASK_MARGIN
+        if c_x * c_x + c_y * c_y > reach * reach:
+            continue
         # Only beams near to the robot can hit it.
         middle = round((math.atan2(c_y, c_x) - first_angle) / step)
         beside = half_width(math.hypot(c_x, c_y), radius[j] + MASK_MARGIN, step, num_beams)

@@ -121,7 +121,7 @@ class RobotDecisions:
         problem = self._problem(scene, given, index)
         options = self._single if given.dtype == np.float32 else self._double
         results = Results.empty(len(problem.index))
-        work = partial(decide_range, plain(problem), plain(options), plain(results))
+        work = partial(decide_range, plain(problem), tuple(options), tuple(results))
         over_ranges(work, len(problem.index))
         outcome = _name_columns(results)
         built = 0.0

@@ -192,7 +192,9 @@ def _solve(
     active, multipliers = np.zeros(3, dtype=np.int64), np.zeros(3)
     proof, weights = np.zeros(3, dtype=np.int64), np.zeros(3)
     least, proof_count = 0.0, 0
-    status, x, y, count = project(rows, 0.0, wanted[0], wanted[1], tolerance, active, multipliers)
+    status, x, y, count = project(
+        rows, 0.0, wanted[0], wanted[1], tolerance, active, multipliers, proof, 0
+    )
     if status == CONTRADICTION and is_epigraph:
         status, x, y, count, least, _, proof_count = least_violation(
             rows, wanted[0], wanted[1], tolerance, active, multipliers, count, proof, weights

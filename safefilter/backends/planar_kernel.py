@@ -4,7 +4,8 @@
 point. It starts at the wanted point and adds the most violated row until none is violated (then the multipliers prove
 that the point is nearest), or until the rows contradict each other (then at most three weights prove it: Farkas and
 Helly). `least_violation` raises the soft rows' common violation t to the bound that each such proof gives, until the
-rows of the proof meet in a point that all rows permit: t* and its proof come out exact to rounding.
+rows of the proof meet in a point that all rows permit: t* and its proof come out exact to rounding, or to the tolerance
+where three or more rows are parallel to some 1e-7.
 
 Rows are ``n_x x + n_y y >= offset``, stored as ``rows[0] = n_x, rows[1] = n_y, rows[2] = offset``; the first
 ``num_sides`` rows bound a polygon around the origin, the first ``num_hard`` are hard, the rest soft.
@@ -78,6 +79,28 @@ def most_violated(rows: Rows, relaxation: float, x: float, y: float) -> tuple[in
 
 
 @formula
+def most_violated_of(
+    rows: Rows, relaxation: float, x: float, y: float, hint: IntArray, num_hints: int
+) -> tuple[int, float]:
+    """The same among a few rows."""
+    worst, violation = -1, -math.inf
+    for k in range(num_hints):
+        a = hint[k]
+        along = rows.array[0, a] * x + rows.array[1, a] * y
+        distance = relaxed_offset(rows, relaxation, a) - along
+        if distance > violation:
+            worst, violation = a, distance
+    return worst, violation
+
+
+@formula
+def rounding_of(rows: Rows, k: int, x: float, y: float) -> float:
+    """What rounding may be worth in the distance of (x, y) from row k."""
+    rounding: float = ROUNDING * (abs(rows.array[2, k]) + abs(x) + abs(y))
+    return rounding
+
+
+@formula
 def relaxed_offset(rows: Rows, relaxation: float, k: int) -> float:
     """Offset of a row; soft rows are relaxed."""
     offset: float = rows.array[2, k]
@@ -141,8 +164,13 @@ def project(
     tolerance: float,
     active: IntArray,
     multipliers: FloatArray,
+    hint: IntArray,
+    num_hints: int,
 ) -> tuple[int, float, float, int]:
     """Nearest point to the wanted one in all rows, or the proof that there is none.
+
+    The order in which violated rows are taken in is free: rows that are likely to hold the point come first, because
+    looking at all of them takes most of the time.
 
     Args:
         rows: Half-planes.
@@ -152,6 +180,8 @@ def project(
         tolerance: Accuracy in the unit of the point.
         active: Out, shape (3,): rows that hold the point, or that contradict each other.
         multipliers: Out, shape (3,): their multipliers, or the weights of the contradiction.
+        hint: Rows to be looked at first.
+        num_hints: How many they are.
 
     Returns:
         (status, x, y, number of entries of ``active``).
@@ -159,12 +189,11 @@ def project(
     x, y, count = wanted_x, wanted_y, 0
     threshold = VIOLATED_PART * tolerance
     for _ in range(MAX_STEPS):
-        r, violation = most_violated(rows, relaxation, x, y)
-        if r < 0:
-            return SOLVED, x, y, count
-        rounding = ROUNDING * (abs(rows.array[2, r]) + abs(x) + abs(y))
-        if violation <= threshold + rounding:
-            return SOLVED, x, y, count
+        r, violation = most_violated_of(rows, relaxation, x, y, hint, num_hints)
+        if r < 0 or violation <= threshold + rounding_of(rows, r, x, y):
+            r, violation = most_violated(rows, relaxation, x, y)
+            if r < 0 or violation <= threshold + rounding_of(rows, r, x, y):
+                return SOLVED, x, y, count
         contradiction, count = add_row(rows, r, violation, active, multipliers, count)
         if contradiction:
             return CONTRADICTION, x, y, count
@@ -292,8 +321,7 @@ def meets_all_rows(rows: Rows, least: float, active: IntArray, count: int) -> bo
         return False
     x, y, _ = corner_of(rows, least, active)
     r, violation = most_violated(rows, least, x, y)
-    is_met: bool = violation <= ROUNDING * (abs(rows.array[2, r]) + abs(x) + abs(y))
-    return is_met
+    return violation <= rounding_of(rows, r, x, y)
 
 
 @formula
@@ -343,15 +371,16 @@ def least_violation(
             # t* may be higher still, though by less than the tolerance: where rows are all but parallel that moves the
             # nearest point far. So raise the bound without any slack for as long as rounding lets it rise.
             relaxation = least
+            # Without a hint: the same rows again would hide by their rounding the one that decides.
             status, x, y, count = project(
-                rows, relaxation, wanted_x, wanted_y, 0.0, active, multipliers
+                rows, relaxation, wanted_x, wanted_y, 0.0, active, multipliers, proof, 0
             )
             if status == CONTRADICTION:
                 continue
         # Rounding must not let the bound stand still: then the slack grows, and the check afterwards tells.
         relaxation = max(least, relaxation) + tolerance
         status, x, y, count = project(
-            rows, relaxation, wanted_x, wanted_y, tolerance, active, multipliers
+            rows, relaxation, wanted_x, wanted_y, tolerance, active, multipliers, proof, proof_count
         )
         if status == SOLVED:
             return SOLVED, x, y, count, least, relaxation, proof_count

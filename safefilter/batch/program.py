@@ -56,7 +56,9 @@ def solve(
     )
     out.case[k] = PROJECTED
     relaxation, proof_count, is_proved = 0.0, 0, True
-    status, x, y, count = project(system, 0.0, wanted_x, wanted_y, tolerance, active, multipliers)
+    status, x, y, count = project(
+        system, 0.0, wanted_x, wanted_y, tolerance, active, multipliers, proof, 0
+    )
     if status == CONTRADICTION:
         status, x, y, count, least, relaxation, proof_count = least_violation(
             system,

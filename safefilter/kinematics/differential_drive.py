@@ -23,7 +23,7 @@ from safefilter.arrays import FloatArray, positive_number
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.jit import source_of
 from safefilter.kinematics.drive import Drive
-from safefilter.kinematics.holonomic import Holonomic
+from safefilter.kinematics.holonomic import SPEED_SLACK, Holonomic
 from safefilter.kinematics.tracking import largest_tracked_speed
 from safefilter.scene import Scene
 
@@ -81,7 +81,8 @@ class DifferentialDrive(Holonomic):
         self.omega_max = positive_number(omega_max, "omega_max")
         self.dt = positive_number(dt, "dt")
         self.tracking_error = positive_number(tracking_error, "tracking_error")
-        if self.omega_max * self.dt >= math.pi:
+        # With the rounding that commands in single precision are allowed.
+        if self.omega_max * (1.0 + SPEED_SLACK) * self.dt >= math.pi:
             raise OutOfRange(
                 f"omega_max: {self.omega_max} rad/s for {self.dt} s is half a turn or more in one step; "
                 "shorten dt or lower omega_max"

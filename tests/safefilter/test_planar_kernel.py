@@ -64,7 +64,9 @@ def answer(
     active, proof = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
     multipliers, weights = np.zeros(3), np.zeros(3)
     least, relaxation, proof_count = 0.0, 0.0, 0
-    status, x, y, count = project(system, 0.0, wanted_x, wanted_y, tolerance, active, multipliers)
+    status, x, y, count = project(
+        system, 0.0, wanted_x, wanted_y, tolerance, active, multipliers, proof, 0
+    )
     if status == CONTRADICTION:
         status, x, y, count, least, relaxation, proof_count = least_violation(
             system, wanted_x, wanted_y, tolerance, active, multipliers, count, proof, weights
