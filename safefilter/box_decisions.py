@@ -280,8 +280,8 @@ def _in_unit(rows: HalfSpaces, unit: float) -> HalfSpaces:
 def _safe_outcome(posed: Posed) -> Outcome:
     """Columns of a batch in which every action executes as it is."""
     batch, dimension = posed.given.wanted.shape
-    flags = np.zeros((batch, 5), dtype=np.int8)
-    flags[:, 0], flags[:, 3] = Case.SAFE, True
+    codes, flags = np.zeros((batch, 2), dtype=np.int8), np.zeros((batch, 3), dtype=np.bool_)
+    codes[:, 0], flags[:, 1] = Case.SAFE, True
     return Outcome(
         action=np.empty((batch, dimension)),
         velocity=posed.given.wanted.copy(),
@@ -291,11 +291,11 @@ def _safe_outcome(posed: Posed) -> Outcome:
         proof_multipliers=np.zeros((batch, dimension + 1)),
         active=np.full((batch, 2 * dimension), -1, dtype=np.int64),
         proof=np.full((batch, 2 * (dimension + 1)), -1, dtype=np.int64),
-        case=flags[:, 0],
-        fault=flags[:, 1],
-        certified=flags[:, 2],
-        optimal=flags[:, 3],
-        capped=flags[:, 4],
+        case=codes[:, 0],
+        fault=codes[:, 1],
+        certified=flags[:, 0],
+        optimal=flags[:, 1],
+        capped=flags[:, 2],
     )
 
 

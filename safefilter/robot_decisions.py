@@ -88,6 +88,7 @@ class RobotDecisions:
     def _set_constraints(self, constraints: tuple[Constraint, ...]) -> None:
         self.constraints = constraints
         self._orca, self._separation, self._static = NO_ORCA, NO_SEPARATION, NO_STATIC
+        self._orcas = tuple(part for part in constraints if isinstance(part, PriorityORCA))
         self._own: dict[int, Constraint] = {}
         for number, constraint in enumerate(self.constraints, start=1):
             if isinstance(constraint, PriorityORCA) and not self._orca.is_used:
@@ -208,26 +209,26 @@ class RobotDecisions:
         command = np.array(action, dtype=np.float64, order="C")
         drive = self.kinematics.drive(scene, command)
         wanted = wanted_velocities(drive, robots, command) if drive.is_used else command
-        for constraint in self.constraints:
-            if isinstance(constraint, PriorityORCA):
-                constraint.require(scene)
+        for orca in self._orcas:
+            orca.require(scene)
         limits = self._limits_of(scene)
         self._check_reach(scene, limits.speed_limit)
         user = user_rows(self._own, scene, wanted, robots)
+        neighbours, walls = scene.most_neighbours, scene.most_walls
+        capacity = limits.sides.shape[1] + 2 * (neighbours + walls) + user.array.shape[2]
+        # By position: by name it takes a third of a microsecond more, and a single decision is short.
         return Problem(
-            scene=SceneArrays.of(scene),
-            index=robots,
-            wanted=wanted,
-            orca=self._orca,
-            separation=self._separation,
-            static=self._static,
-            limits=limits,
-            drive=drive,
-            user=user,
-            capacity=limits.sides.shape[1]
-            + 2 * (scene.most_neighbours + scene.most_walls)
-            + user.array.shape[2],
-            num_neighbours=scene.most_neighbours,
+            SceneArrays.of(scene),
+            robots,
+            wanted,
+            self._orca,
+            self._separation,
+            self._static,
+            limits,
+            drive,
+            user,
+            capacity,
+            neighbours,
         )
 
     def _limits_of(self, scene: Scene) -> Limits:

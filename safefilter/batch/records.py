@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray, IntArray
+from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.constraints.priority_orca import OrcaSettings
 from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import SeparationSettings
@@ -143,17 +143,19 @@ def make_scratch(num_neighbours: int) -> Scratch:
 
 
 class Results(NamedTuple):
-    """Results of a batch in three blocks, because every array handed to a kernel costs.
+    """Results of a batch in four blocks, because every array handed to a kernel costs.
 
     Attributes:
         numbers: Shape (B, 11).
         labels: Shape (B, 10).
-        flags: Shape (B, 5).
+        codes: Shape (B, 2).
+        flags: Shape (B, 3).
     """
 
     numbers: FloatArray
     labels: IntArray
-    flags: npt.NDArray[np.int8]
+    codes: npt.NDArray[np.int8]
+    flags: BoolArray
 
     @classmethod
     def empty(cls, num_decisions: int) -> Results:
@@ -161,7 +163,8 @@ class Results(NamedTuple):
         return cls(
             np.empty((num_decisions, 11)),
             np.empty((num_decisions, 10), dtype=np.int64),
-            np.empty((num_decisions, 5), dtype=np.int8),
+            np.empty((num_decisions, 2), dtype=np.int8),
+            np.empty((num_decisions, 3), dtype=np.bool_),
         )
 
 
@@ -178,15 +181,15 @@ class Outcome(NamedTuple):
     proof: IntArray
     case: npt.NDArray[np.int8]
     fault: npt.NDArray[np.int8]
-    certified: npt.NDArray[np.int8]
-    optimal: npt.NDArray[np.int8]
-    capped: npt.NDArray[np.int8]
+    certified: BoolArray
+    optimal: BoolArray
+    capped: BoolArray
 
 
 @array_formula
 def outcome_of(results: Results) -> Outcome:
     """Name the columns."""
-    numbers, labels, flags = results.numbers, results.labels, results.flags
+    numbers, labels, codes, flags = results.numbers, results.labels, results.codes, results.flags
     return Outcome(
         numbers[:, 0:2],
         numbers[:, 2:4],
@@ -196,9 +199,9 @@ def outcome_of(results: Results) -> Outcome:
         numbers[:, 8:11],
         labels[:, 0:4],
         labels[:, 4:10],
+        codes[:, 0],
+        codes[:, 1],
         flags[:, 0],
         flags[:, 1],
         flags[:, 2],
-        flags[:, 3],
-        flags[:, 4],
     )

@@ -29,14 +29,14 @@ def robots_of(scene: Scene, index: Sequence[int] | IntArray | None) -> IntArray:
     """
     if index is None:
         return np.flatnonzero(scene.cooperative)
-    robots = np.asarray(index)
+    robots = np.array(index)
     if robots.size == 0:
         robots = robots.astype(np.int64)
     if robots.ndim != 1 or robots.dtype.kind not in "iu":
         raise ShapeError(
             f"index: expected integers of shape (B,), got {robots.dtype} of shape {robots.shape}"
         )
-    robots = robots.astype(np.int64)
+    robots = robots.astype(np.int64, copy=False)
     if not _are_cooperative(robots, scene.cooperative):
         _refuse(scene, robots)
     return robots

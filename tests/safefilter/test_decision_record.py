@@ -35,7 +35,7 @@ ANSWER = BackendAnswer(
 
 
 def empty_outcome() -> Outcome:
-    flags = np.zeros((1, 5), dtype=np.int8)
+    codes, flags = np.zeros((1, 2), dtype=np.int8), np.zeros((1, 3), dtype=np.bool_)
     return Outcome(
         action=np.zeros((1, 2)),
         velocity=np.zeros((1, 2)),
@@ -45,11 +45,11 @@ def empty_outcome() -> Outcome:
         proof_multipliers=np.zeros((1, 3)),
         active=np.zeros((1, 4), dtype=np.int64),
         proof=np.zeros((1, 6), dtype=np.int64),
-        case=flags[:, 0],
-        fault=flags[:, 1],
-        certified=flags[:, 2],
-        optimal=flags[:, 3],
-        capped=flags[:, 4],
+        case=codes[:, 0],
+        fault=codes[:, 1],
+        certified=flags[:, 0],
+        optimal=flags[:, 1],
+        capped=flags[:, 2],
     )
 
 
