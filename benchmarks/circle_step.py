@@ -22,7 +22,7 @@ from benchmarks.circle_states import (
     circle_states,
 )
 from benchmarks.results import Result, Row
-from benchmarks.timing import Action, interleaved
+from benchmarks.timing import Action, interleaved, on_threads
 from safefilter import Holonomic, PriorityORCA, SafetyFilter, Scene, Separation
 from safefilter.arrays import FloatArray
 
@@ -117,12 +117,8 @@ def _rows(state: CircleState, rounds: int) -> Iterator[Row]:
 def _times(
     actions: dict[str, Action], state: CircleState, rounds: int, *, threads: int
 ) -> dict[str, FloatArray]:
-    before = numba.get_num_threads()
-    numba.set_num_threads(threads)
-    try:
+    with on_threads(threads):
         return interleaved(actions, rounds=rounds, prepare={RVO2: state.restore})
-    finally:
-        numba.set_num_threads(before)
 
 
 def _row(name: str, group: str, taken: FloatArray, reference: FloatArray) -> Row:

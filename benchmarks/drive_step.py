@@ -15,7 +15,7 @@ import numba
 import numpy as np
 
 from benchmarks.results import Result, Row
-from benchmarks.timing import Action, interleaved
+from benchmarks.timing import Action, interleaved, on_threads
 from envs import Fleet
 from envs.lidar import cast_beams
 from envs.world import World
@@ -103,7 +103,8 @@ def measure(*, quick: bool = False) -> Result:
         actions = steps(Crowd.of(size))
         rounds = QUICK_ROUNDS if quick else max(MIN_ROUNDS, ROBOT_STEPS // size)
         for threads in (1, 2)[: numba.get_num_threads()]:
-            times = _times(actions, rounds, threads)
+            with on_threads(threads):
+                times = interleaved(actions, rounds=rounds)
             group = f"{size} robots, {threads} thread{'s' if threads > 1 else ''}"
             rows.extend(_rows(times, group))
     return Result(
@@ -168,15 +169,6 @@ def _step(
         return safety_filter.decide(scene, wanted)
 
     return step
-
-
-def _times(actions: dict[str, Action], rounds: int, threads: int) -> dict[str, FloatArray]:
-    before = numba.get_num_threads()
-    numba.set_num_threads(threads)
-    try:
-        return interleaved(actions, rounds=rounds)
-    finally:
-        numba.set_num_threads(before)
 
 
 def _rows(times: dict[str, FloatArray], group: str) -> Iterator[Row]:

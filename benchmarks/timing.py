@@ -10,6 +10,7 @@ import gc
 from collections.abc import Callable, Iterator, Mapping
 from time import perf_counter
 
+import numba
 import numpy as np
 
 from safefilter.arrays import FloatArray
@@ -28,6 +29,17 @@ def no_garbage_collection() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
+
+
+@contextlib.contextmanager
+def on_threads(number: int) -> Iterator[None]:
+    """Let kernels use this many threads inside of the block, if there are as many."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(min(number, before))
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)
 
 
 def interleaved(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from itertools import product
 from typing import Any
 
 import gymnasium
@@ -15,7 +16,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from pettingzoo import ParallelEnv
 
 from benchmarks.results import Result, Row
-from benchmarks.timing import Action, interleaved
+from benchmarks.timing import Action, interleaved, on_threads
 from safefilter import Holonomic, PriorityORCA, SafetyFilter, Scene, Separation
 from safefilter.arrays import FloatArray
 from safefilter.wrappers import SafeAction, SafeParallelEnv, SafePolicy, SafeVectorAction
@@ -104,8 +105,10 @@ def measure(*, quick: bool = False) -> Result:
     """
     rows: list[Row] = []
     groups = {ONE_ROBOT: one_robot(), ALL_ROBOTS: all_robots(), LANES: lanes()}
-    for group, actions in groups.items():
-        times = interleaved(actions, rounds=QUICK_ROUNDS if quick else ROUNDS)
+    for (name_of_group, actions), threads in product(groups.items(), (1, 2)):
+        group = f"{name_of_group}, {threads} thread{'s' if threads > 1 else ''}"
+        with on_threads(threads):
+            times = interleaved(actions, rounds=QUICK_ROUNDS if quick else ROUNDS)
         median = {name: float(np.median(time)) for name, time in times.items()}
         rows += [
             Row(
@@ -124,6 +127,7 @@ def measure(*, quick: bool = False) -> Result:
         notes=(
             "PriorityORCA, Separation and 64 sides; environments that do nothing; nobody is corrected.",
             f"'{BARE}': Scene.from_world and SafetyFilter.decide, without any wrapper.",
+            "Batches this small stay on the caller's thread, however many there are.",
         ),
     )
 

@@ -1,8 +1,9 @@
 import gc
 
+import numba
 import numpy as np
 
-from benchmarks.timing import interleaved, no_garbage_collection
+from benchmarks.timing import interleaved, no_garbage_collection, on_threads
 
 
 def test_actions_take_turns_and_only_counted_rounds_are_kept() -> None:
@@ -24,3 +25,12 @@ def test_garbage_collection_is_off_inside_and_on_again_afterwards() -> None:
     with no_garbage_collection():
         assert not gc.isenabled()
     assert gc.isenabled()
+
+
+def test_threads_are_set_for_a_block_and_put_back() -> None:
+    before = numba.get_num_threads()
+    with on_threads(1):
+        assert numba.get_num_threads() == 1
+    with on_threads(before + 1):
+        assert numba.get_num_threads() == before
+    assert numba.get_num_threads() == before
