@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.other_simulators import other_simulators
 from benchmarks.results import Result, Row
-from benchmarks.timing import interleaved
+from benchmarks.timing import interleaved, on_threads
 from envs import Circle, Crossroad, Fleet, Navigation, Rules
 from envs.fleet import MAX_SPEED, MAX_TURN_RATE
 from envs.steering import steer
@@ -66,7 +66,7 @@ def measure(*, quick: bool = False) -> Result:
         notes=(
             "Differential drives at the walled crossroad (12 walls); observation of 90 numbers. Best of all rounds.",
             "Filter: PriorityORCA, Separation and StaticObstacles, scenes and decisions of all robots included.",
-            f"Circles have no walls, {ROBOTS_IN_ALL} robots in all. Fewer than 256 robots stay on one thread.",
+            f"Circles have no walls, {ROBOTS_IN_ALL} robots in all. Too little work stays on one thread.",
             "Others: the nearest equal world that each offers, described in benchmarks/other_simulators.py.",
         ),
     )
@@ -124,23 +124,19 @@ def drive(navigation: Navigation, safety_filter: SafetyFilter | None, num_steps:
 
 def _rows(case: Case, group: str, rounds: int) -> Iterator[Row]:
     safety_filter = make_filter()
-    before = numba.get_num_threads()
-    try:
-        for threads in (1, 2) if before > 1 else (1,):
-            numba.set_num_threads(threads)
-            # From the same starts: what a step costs depends on how many robots meet.
-            plain, filtered = case.started(), case.started()
-            actions: dict[str, Callable[[], object]] = {
-                "filter off": partial(drive, plain, None, STEPS),
-                "filter on": partial(drive, filtered, safety_filter, STEPS),
-            }
+    for threads in (1, 2)[: numba.get_num_threads()]:
+        # From the same starts: what a step costs depends on how many robots meet.
+        plain, filtered = case.started(), case.started()
+        actions: dict[str, Callable[[], object]] = {
+            "filter off": partial(drive, plain, None, STEPS),
+            "filter on": partial(drive, filtered, safety_filter, STEPS),
+        }
+        with on_threads(threads):
             times = interleaved(actions, rounds=rounds)
-            for name, taken in times.items():
-                label = f"{name}, {threads} thread{'s' if threads > 1 else ''}"
-                rate = STEPS * case.num_robots / taken
-                yield Row(label, group, {"best": rate.max() / 1e3, "median": np.median(rate) / 1e3})
-    finally:
-        numba.set_num_threads(before)
+        for name, taken in times.items():
+            label = f"{name}, {threads} thread{'s' if threads > 1 else ''}"
+            rate = STEPS * case.num_robots / taken
+            yield Row(label, group, {"best": rate.max() / 1e3, "median": np.median(rate) / 1e3})
 
 
 def _with_ratios(rows: list[Row]) -> tuple[Row, ...]:

@@ -33,9 +33,9 @@ def no_garbage_collection() -> Iterator[None]:
 
 @contextlib.contextmanager
 def on_threads(number: int) -> Iterator[None]:
-    """Let kernels use this many threads inside of the block, if there are as many."""
+    """Let kernels use this many threads inside of the block; numba refuses more than it has."""
     before = numba.get_num_threads()
-    numba.set_num_threads(min(number, before))
+    numba.set_num_threads(number)
     try:
         yield
     finally:

@@ -11,6 +11,7 @@ from itertools import product
 from typing import Any
 
 import gymnasium
+import numba
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from pettingzoo import ParallelEnv
@@ -105,7 +106,9 @@ def measure(*, quick: bool = False) -> Result:
     """
     rows: list[Row] = []
     groups = {ONE_ROBOT: one_robot(), ALL_ROBOTS: all_robots(), LANES: lanes()}
-    for (name_of_group, actions), threads in product(groups.items(), (1, 2)):
+    for (name_of_group, actions), threads in product(
+        groups.items(), (1, 2)[: numba.get_num_threads()]
+    ):
         group = f"{name_of_group}, {threads} thread{'s' if threads > 1 else ''}"
         with on_threads(threads):
             times = interleaved(actions, rounds=QUICK_ROUNDS if quick else ROUNDS)
