@@ -70,6 +70,8 @@ def _places(tree: ast.Module) -> list[ast.AST]:
         parts: list[ast.AST | None] = []
         if isinstance(node, ast.FunctionDef):
             parts = [node.returns, *node.decorator_list, *(a.annotation for a in node.args.args)]
+        elif isinstance(node, ast.ClassDef):
+            parts = [*node.decorator_list]
         elif isinstance(node, ast.AnnAssign):
             parts = [node.annotation]
         elif isinstance(node, ast.Raise):

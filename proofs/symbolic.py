@@ -242,7 +242,7 @@ SYMBOLIC_MATH = SimpleNamespace(
 def rebound(
     function: Callable[P, T],
     mathematics: SimpleNamespace,
-    summaries: Mapping[str, Callable[..., object]] | None = None,
+    summaries: Mapping[str, object] | None = None,
 ) -> Callable[P, T]:
     """Rebuild a shipped function from its own byte code, with another `math`.
 
@@ -251,7 +251,8 @@ def rebound(
     Args:
         function: A formula, compiled or not.
         mathematics: What stands for `math`.
-        summaries: Stand-ins for functions that it calls, by name: what a lemma has shown of them, and no more.
+        summaries: Stand-ins for functions that it calls, by name: what a lemma has shown of them, and no more; and for
+            constants that speak of rounding.
     """
     source = cast("FunctionType", source_of(function))
     names = dict(source.__globals__)
@@ -270,7 +271,7 @@ def rebound(
 
 
 def symbolic(
-    function: Callable[..., Any], summaries: Mapping[str, Callable[..., object]] | None = None
+    function: Callable[..., Any], summaries: Mapping[str, object] | None = None
 ) -> Callable[..., Any]:
     """Rebuild a shipped function so that it runs on numbers that are not known; call it inside `paths`."""
     return rebound(function, SYMBOLIC_MATH, summaries)

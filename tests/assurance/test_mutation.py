@@ -21,14 +21,14 @@ def test_targets_and_their_tests_exist() -> None:
 
 def test_one_module_is_imported_from_other_source(tmp_path: Path) -> None:
     loader = MutantLoader("made_up_module", tmp_path / "made_up_module.py", "value = 3 + 4\n")
-    sys.meta_path.insert(0, loader)  # type: ignore[arg-type]  # a finder by what it does
+    sys.meta_path.insert(0, loader)
     try:
         import made_up_module  # type: ignore[import-not-found]  # noqa: PLC0415  # made up here
 
         assert made_up_module.value == 7
         assert loader.find_spec("another_module") is None
     finally:
-        sys.meta_path.remove(loader)  # type: ignore[arg-type]  # as above
+        sys.meta_path.remove(loader)
         sys.modules.pop("made_up_module", None)
 
 
