@@ -32,7 +32,7 @@ from policies.checkpoint_errors import (
     CheckpointTooLarge,
     CheckpointTruncated,
 )
-from policies.weights import Weights
+from policies.policy_weights import Weights
 from safefilter.errors import InvalidInput
 
 FORMAT = "safefilter weights"

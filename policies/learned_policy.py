@@ -15,7 +15,7 @@ from envs.observation_layout import Observations
 from envs.world import World
 from policies.action_map import to_command
 from policies.checkpoint_errors import TensorError
-from policies.weights import Float32Array, Weights
+from policies.policy_weights import Float32Array, Weights
 from safefilter.arrays import FloatArray
 from safefilter.errors import InvalidInput, ShapeError
 

@@ -27,7 +27,7 @@ from policies.checkpoint_errors import (
     CheckpointTruncated,
     TensorError,
 )
-from policies.weights import Weights
+from policies.policy_weights import Weights
 from safefilter.errors import InvalidInput
 
 LAYOUT = ObservationLayout(num_neighbours=1, num_beams=4, has_memory=True)

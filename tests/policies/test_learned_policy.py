@@ -11,7 +11,7 @@ from policies.card import Card
 from policies.checkpoint_errors import TensorError
 from policies.learned_policy import LearnedPolicy
 from policies.policy import Policy
-from policies.weights import Weights
+from policies.policy_weights import Weights
 from safefilter.errors import InvalidInput, ShapeError
 
 LAYOUT = ObservationLayout(num_neighbours=2, num_beams=6)

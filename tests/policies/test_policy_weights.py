@@ -6,7 +6,7 @@ import pytest
 from envs.observation_layout import ObservationLayout
 from policies.card import Card
 from policies.checkpoint_errors import TensorError
-from policies.weights import Float32Array, Weights
+from policies.policy_weights import Float32Array, Weights
 
 LAYOUT = ObservationLayout(num_neighbours=0, num_beams=2)
 
