@@ -47,6 +47,7 @@ class TownMap:
         walls: Segments, shape (S, 2, 2), in m.
         centres: Of all cells, shape (C, 2), in m.
         streets: Cells without block or trap, in which robots may start and end, ascending.
+        is_street: The same as flags, shape (C,).
         hops: Cells from each to each, shape (C, C); infinite from and to blocks.
         before: Cell before the last on a shortest way from the first to the second index, shape (C, C).
     """
@@ -55,6 +56,7 @@ class TownMap:
     walls: FloatArray
     centres: FloatArray
     streets: IntArray
+    is_street: BoolArray
     hops: FloatArray
     before: IntArray
 
@@ -89,11 +91,14 @@ def town_map(number: int, size: int, *, has_deep_traps: bool) -> TownMap:
     # What reaches into the walls around the town ends at them.
     inside = [np.clip(walls, -border, border) for walls in blocked]
     walls = np.concatenate([room, *inside, *shapes])
+    is_street = np.ones(size * size, dtype=np.bool_)
+    is_street[[*blocks, *traps]] = False
     return TownMap(
         size=size,
         walls=frozen(walls),
         centres=frozen(_centres(np.arange(size * size), size)),
-        streets=frozen(np.setdiff1d(np.arange(size * size), [*blocks, *traps])),
+        streets=frozen(np.flatnonzero(is_street)),
+        is_street=frozen(is_street),
         hops=frozen(hops),
         before=frozen(before.astype(np.int64)),
     )
