@@ -93,15 +93,18 @@ class Navigation:
         self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
 
-    def reset(self, seed: int | None = None, *, worlds: npt.ArrayLike = True) -> None:
+    def reset(
+        self, seed: int | None = None, *, worlds: npt.ArrayLike = True, first_episode: int = 0
+    ) -> None:
         """Place the robots anew.
 
-        World w draws from a generator seeded by (seed, w): what happens in it does not depend on how many others
-        there are.
+        World w draws from a generator seeded by (seed, first_episode + w): what happens in it does not depend on how
+        many others there are.
 
         Args:
             seed: Seed of all chosen worlds; None goes on with their generators.
             worlds: Which worlds: True for all, or bools of shape (W,).
+            first_episode: Number of the episode of world 0, for runs that play their episodes in several batches.
 
         Raises:
             InvalidInput: If the scenario places two robots into each other, or one into a wall.
@@ -112,7 +115,7 @@ class Navigation:
         walls: dict[int, FloatArray] = {}
         for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))).tolist():
             if seed is not None:
-                self._generators[w] = np.random.default_rng([seed, w])
+                self._generators[w] = np.random.default_rng([seed, first_episode + w])
             placement = self.scenario.place(self._generators[w])
             self._place(w, placement)
             walls[w] = placement.walls
@@ -156,6 +159,14 @@ class Navigation:
         self.observer.update()
         self.observer.restart(outcome.reborn)
         return outcome
+
+    def retire(self, worlds: npt.ArrayLike) -> None:
+        """Take everybody out of worlds whose episodes are over: until their next `reset` they cost next to nothing.
+
+        Args:
+            worlds: Bools of shape (W,).
+        """
+        self.world.present[np.broadcast_to(worlds, (self.world.num_worlds,))] = False
 
     def observe(self) -> Observations:
         """Observations of all robots, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`."""
