@@ -12,21 +12,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, get_args
 
-import numpy as np
 import torch
 from torch import Tensor, nn
 
-from policies.action_map import to_raw
-from safefilter.arrays import FloatArray, finite_array, positive_number
-from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.arrays import finite_array, positive_number
+from safefilter.errors import OutOfRange
 
 NUM_ACTIONS = 2
 CHUNK = 8192
 """Samples that rewards are computed for at once: what is in between stays in the cache."""
-
-Seen = Literal["executed", "own"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +34,8 @@ class CuriositySettings:
         forward_share: beta of Eq. (5), which the paper does not tell; 0.2 is that of Pathak et al.
         num_features: Features D.
         hidden: Widths of the hidden layers of all three networks.
-        sees: The action that led to the next state: the one that was executed, or the policy's own. The paper can be
-            read both ways; what a filter has changed is not what the next state comes of.
+        sees_executed: Which action is shown as the one that led to the next state: that which was executed, or the
+            policy's own? The paper can be read both ways; but what a filter has changed leads nowhere.
         is_joint: Does the error of the forward model train the encoder too, as Eq. (5) says when its minimum is taken
             over everything? Eqs. (2) and (3) name what each loss trains; and an encoder that is paid for being foreseen
             says less.
@@ -51,7 +46,7 @@ class CuriositySettings:
     forward_share: float = 0.2
     num_features: int = 32
     hidden: tuple[int, ...] = (64,)
-    sees: Seen = "executed"
+    sees_executed: bool = True
     is_joint: bool = False
 
     def __post_init__(self) -> None:
@@ -60,7 +55,6 @@ class CuriositySettings:
         Raises:
             NotFinite: If a number is NaN or infinite.
             OutOfRange: If a number is below what it can be, or a share not between 0 and 1.
-            InvalidInput: If there is no such action to see.
         """
         positive_number(self.policy_weight, "policy_weight")
         if finite_array(self.strength, "strength", ()) < 0.0:
@@ -71,14 +65,13 @@ class CuriositySettings:
             raise OutOfRange(
                 f"num_features, hidden: expected 1 or more, got {self.num_features}, {self.hidden}"
             )
-        if self.sees not in get_args(Seen):
-            raise InvalidInput(f"sees: expected one of {get_args(Seen)}, got {self.sees!r}")
 
 
 class Curiosity(nn.Module):
     """The encoder, the action estimation network theta^A and the state estimation network theta^S of the paper.
 
     Give it pairs of states of one episode only: what follows a rebirth or a new map was caused by no action.
+    Raw actions beyond [-1, 1] count as the nearest of its ends, as in `policies.action_map`: that is what they do.
 
     Attributes:
         settings: How curious robots are.
@@ -107,7 +100,7 @@ class Curiosity(nn.Module):
 
         Args:
             observation: States s, shape (B, F).
-            action: Raw actions a that led from s to s', shape (B, 2); see `seen_action`.
+            action: Raw actions a that led from s to s', shape (B, 2).
             next_observation: States s', shape (B, F).
 
         Returns:
@@ -127,7 +120,7 @@ class Curiosity(nn.Module):
 
         Args:
             observation: States s, shape (B, F).
-            action: Raw actions a that led from s to s', shape (B, 2); see `seen_action`.
+            action: Raw actions a that led from s to s', shape (B, 2).
             next_observation: States s', shape (B, F).
 
         Returns:
@@ -135,7 +128,7 @@ class Curiosity(nn.Module):
         """
         now, then = self.encoder(observation), self.encoder(next_observation)
         guess = self.inverse_model(torch.cat([now, then], dim=-1))
-        inverse_loss = _half_square(guess - action).mean()
+        inverse_loss = _half_square(guess - action.clamp(-1.0, 1.0)).mean()
         if not self.settings.is_joint:
             now, then = now.detach(), then.detach()
         return inverse_loss, self._surprise(now, action, then).mean()
@@ -159,31 +152,8 @@ class Curiosity(nn.Module):
 
     def _surprise(self, now: Tensor, action: Tensor, then: Tensor) -> Tensor:
         """Half the squared error of the forward model for each sample, shape (B,)."""
-        return _half_square(self.forward_model(torch.cat([now, action], dim=-1)) - then)
-
-
-def seen_action(
-    settings: CuriositySettings,
-    own: FloatArray,
-    executed: FloatArray,
-    v_max: FloatArray,
-    omega_max: FloatArray,
-) -> FloatArray:
-    """Raw actions that curiosity is shown.
-
-    Args:
-        settings: Which it is to see.
-        own: Raw actions of the policy, shape (..., 2); beyond [-1, 1] they count as the nearest of its ends.
-        executed: Commands (v, w) that the filter let pass, shape (..., 2), in m/s and rad/s.
-        v_max: Greatest speeds, shape (...), in m/s.
-        omega_max: Greatest turn rates, shape (...), in rad/s.
-
-    Returns:
-        Shape (..., 2), in [-1, 1].
-    """
-    if settings.sees == "own":
-        return np.clip(own, -1.0, 1.0)
-    return to_raw(executed, v_max, omega_max)
+        known = torch.cat([now, action.clamp(-1.0, 1.0)], dim=-1)
+        return _half_square(self.forward_model(known) - then)
 
 
 def _half_square(error: Tensor) -> Tensor:

@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch import Tensor, nn
 
-from policies.action_map import to_command
-from policies.curiosity import CHUNK, Curiosity, CuriositySettings, seen_action
-from safefilter.errors import InvalidInput, NotFinite, OutOfRange
+from policies.curiosity import CHUNK, Curiosity, CuriositySettings
+from safefilter.errors import NotFinite, OutOfRange
 
 NUM_INPUTS = 5
 
@@ -217,29 +216,18 @@ def test_nothing_at_all_is_no_special_case() -> None:
     assert made().reward(*(part[:0] for part in samples())).shape == (0,)
 
 
-V_MAX, OMEGA_MAX = np.array([0.2, 0.1]), np.array([2.5, 2.5])
-OWN = np.array([[0.3, -3.0], [1.5, 0.0]])
-
-
-def test_curiosity_sees_what_was_executed() -> None:
-    executed = np.array([[0.05, 0.0], [0.1, -2.5]])
-    seen = seen_action(CuriositySettings(), OWN, executed, V_MAX, OMEGA_MAX)
-    np.testing.assert_allclose(seen, [[-0.5, 0.0], [1.0, -1.0]])
-
-
-def test_the_other_reading_sees_what_the_policy_wanted() -> None:
-    executed = np.zeros((2, 2))
-    seen = seen_action(CuriositySettings(sees="own"), OWN, executed, V_MAX, OMEGA_MAX)
-    assert seen.tolist() == [[0.3, -1.0], [1.0, 0.0]]
-
-
-def test_without_an_intervention_both_readings_agree() -> None:
-    executed = to_command(OWN, V_MAX, OMEGA_MAX)
-    one, other = (
-        seen_action(settings, OWN, executed, V_MAX, OMEGA_MAX)
-        for settings in (CuriositySettings(), CuriositySettings(sees="own"))
+def test_an_action_beyond_the_ends_is_the_end() -> None:
+    curiosity, (observation, action, then) = made(), samples()
+    beyond, end = 5.0 * action.sign(), action.sign()
+    assert torch.equal(
+        curiosity.reward(observation, beyond, then), curiosity.reward(observation, end, then)
     )
-    np.testing.assert_allclose(one, other, atol=1e-12)
+    for one, other in zip(
+        curiosity.losses(observation, beyond, then),
+        curiosity.losses(observation, end, then),
+        strict=True,
+    ):
+        assert torch.equal(one, other)
 
 
 @pytest.mark.parametrize(
@@ -252,11 +240,10 @@ def test_without_an_intervention_both_readings_agree() -> None:
         ({"forward_share": math.nan}, OutOfRange, "forward_share"),
         ({"num_features": 0}, OutOfRange, "num_features"),
         ({"hidden": (64, 0)}, OutOfRange, "hidden"),
-        ({"sees": "nothing"}, InvalidInput, "sees: expected one of"),
     ],
 )
 def test_settings_out_of_range_are_named(
-    fault: dict[str, object], error: type[InvalidInput], message: str
+    fault: dict[str, object], error: type[ValueError], message: str
 ) -> None:
     with pytest.raises(error, match=message):
         CuriositySettings(**fault)  # type: ignore[arg-type]  # the point
