@@ -50,8 +50,7 @@ class LearnedPolicy:
         self.weights = weights
         self.is_deterministic = is_deterministic
         self._observe = observe
-        # Columns in a row in memory: the product then takes the weights as they are.
-        self._layers = [(np.asfortranarray(weight.T), bias) for weight, bias in weights.layers]
+        self._layers = [(weight.T, bias) for weight, bias in weights.layers]
         self._spread = np.exp(weights.log_std.astype(np.float64))
 
     @classmethod
