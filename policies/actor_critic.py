@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import torch
 from torch import Tensor, nn
@@ -86,7 +87,7 @@ def _network(
 ) -> nn.Sequential:
     widths = [num_inputs, *hidden]
     layers: list[nn.Module] = []
-    for fan_in, fan_out in zip(widths[:-1], widths[1:], strict=True):
+    for fan_in, fan_out in pairwise(widths):
         layers += [_linear(fan_in, fan_out, HIDDEN_GAIN), nn.ReLU()]
     return nn.Sequential(*layers, _linear(widths[-1], num_outputs, last_gain))
 

@@ -8,13 +8,11 @@ Letters: T steps, L lanes (robots).
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from policies.experience import SingleArray
 from safefilter.arrays import BoolArray
 from safefilter.jit import kernel
 from safefilter.threads import over_ranges
-
-SingleArray = npt.NDArray[np.float32]
 
 
 def advantages(  # noqa: PLR0917  # the symbols of the equation
@@ -70,8 +68,17 @@ def _estimate(  # noqa: PLR0917  # a kernel takes arrays, not records
                 following = 0.0
                 continue
             goes_on = 0.0 if ends[t, lane] else 1.0
-            surprise = (
-                reward[t, lane] + discount * goes_on * value[t + 1, lane] - value[t, lane]
-            )
+            surprise = reward[t, lane] + discount * goes_on * value[t + 1, lane] - value[t, lane]
             following = surprise + discount * trace_decay * goes_on * following
             advantage[t, lane] = following
+
+
+def normalised(advantage: SingleArray, acts: BoolArray) -> SingleArray:
+    """Advantages with mean 0 and spread 1 over all who acted; zero for all others.
+
+    Args:
+        advantage: Shape (T, L).
+        acts: Shape (T, L): was under way.
+    """
+    known = advantage[acts]
+    return np.where(acts, (advantage - known.mean()) / (known.std() + 1e-8), 0.0).astype(np.float32)

@@ -19,7 +19,8 @@ from envs.reward import Reward
 from envs.reward_tracker import RewardTracker
 from envs.rules import AfterArrival, Rules
 from envs.scenarios import Scenario, Town
-from policies.action_map import to_command
+from policies.action_map import to_command, to_raw
+from policies.experience import SingleArray
 from policies.stopwatch import Stopwatch
 from policies.training_settings import TrainingSettings
 from safefilter.arrays import BoolArray, FloatArray
@@ -35,7 +36,7 @@ class CourseStep:
 
     Attributes:
         acted: Shape (W, N): was under way.
-        executed: Commands (v, w) that were executed, shape (W, N, 2), in m/s and rad/s.
+        executed: Raw actions that stand for the commands that were executed, shape (W, N, 2).
         reward: Of each robot, term by term.
         ends: Shape (W, N): its episode ended, by arrival or collision.
         arrived: Shape (W, N).
@@ -81,8 +82,7 @@ class Course:
         )
         # Worlds are given another map from outside, so their own time limit must not come first.
         limit = 2.0 * (course.map_steps + course.rollout_steps)
-        rules = Rules(after_arrival=AfterArrival.REBORN)
-        rules = Rules(after_arrival=AfterArrival.REBORN, time_limit=limit * rules.dt)
+        rules = Rules(after_arrival=AfterArrival.REBORN, time_limit=limit * Rules().dt)
         self.navigation = Navigation(
             town,
             Fleet.of(town.num_robots, kinematics="differential"),
@@ -113,15 +113,16 @@ class Course:
         """Observations of all robots, shape (W, N, F)."""
         return self.navigation.observe()
 
-    def step(self, raw: FloatArray) -> CourseStep:
+    def step(self, raw: SingleArray) -> CourseStep:
         """Move all robots for one step.
 
         Args:
-            raw: Raw actions of the policy, shape (W, N, 2).
+            raw: Raw actions of the policy, one row a robot, shape (W N, 2).
         """
         navigation, world = self.navigation, self.navigation.world
-        acted = world.active
-        commands = navigation.wanted(to_command(raw, world.v_max, world.omega_max))
+        acted, limits = world.active, (world.v_max, world.omega_max)
+        wanted = to_command(raw.reshape(world.position.shape), *limits)
+        commands = navigation.wanted(wanted)
         with self._stopwatch.measure("filter"):
             correction = self._make_safe(commands, acted)
         with self._stopwatch.measure("simulator"):
@@ -130,7 +131,7 @@ class Course:
             reward = self._tracker.reward(world, outcome, correction)
         return CourseStep(
             acted=acted,
-            executed=commands,
+            executed=to_raw(commands, *limits),
             reward=reward,
             ends=outcome.arrived | outcome.collided,
             arrived=outcome.arrived,

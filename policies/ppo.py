@@ -128,8 +128,3 @@ def losses(networks: ActorCritic, batch: Batch, clip: float) -> Losses:
         divergence=divergence,
         clipped=clipped,
     )
-
-
-def normalised(advantage: Tensor) -> Tensor:
-    """Advantages with mean 0 and spread 1."""
-    return (advantage - advantage.mean()) / (advantage.std() + 1e-8)

@@ -12,7 +12,7 @@ from cattrs.errors import BaseValidationError
 
 from envs.norm_area import NormArea
 from policies.training_settings import TrainingSettings
-from safefilter.errors import InvalidInput, SafeFilterError
+from safefilter.errors import InvalidInput
 
 Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"
 

@@ -5,7 +5,7 @@ SI units.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from envs.observation_layout import ObservationLayout
 from envs.reward import RewardWeights
@@ -35,6 +35,13 @@ class CourseSettings:
     rollout_steps: int = 32
 
 
+USUAL_LAYOUT = ObservationLayout(has_memory=True)
+USUAL_REWARD = RewardWeights()
+USUAL_FILTERING = Filtering("ours", leg="norm")
+USUAL_COURSE = CourseSettings()
+USUAL_PPO = PPOSettings()
+
+
 @dataclass(frozen=True, slots=True)
 class TrainingSettings:
     """What a training depends on.
@@ -54,9 +61,9 @@ class TrainingSettings:
     seed: int = 1
     num_steps: int = 5_000_000
     hidden: tuple[int, ...] = (128, 128)
-    layout: ObservationLayout = field(default_factory=lambda: ObservationLayout(has_memory=True))
-    course: CourseSettings = CourseSettings()
-    reward: RewardWeights = RewardWeights()
-    filtering: Filtering = Filtering("ours", leg="norm")
-    ppo: PPOSettings = PPOSettings()
+    layout: ObservationLayout = USUAL_LAYOUT
+    course: CourseSettings = USUAL_COURSE
+    reward: RewardWeights = USUAL_REWARD
+    filtering: Filtering = USUAL_FILTERING
+    ppo: PPOSettings = USUAL_PPO
     curiosity: CuriositySettings | None = None
