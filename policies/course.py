@@ -9,6 +9,7 @@ Letters: W worlds, N robots a world, F numbers of an observation. SI units.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from envs.rules import AfterArrival, Rules
 from envs.scenarios import Scenario, Town
 from policies.action_map import to_command, to_raw
 from policies.experience import SingleArray
+from policies.nested_state import State
 from policies.stopwatch import Stopwatch
 from policies.training_settings import TrainingSettings
 from safefilter.arrays import BoolArray, FloatArray
@@ -138,6 +140,16 @@ class Course:
             collided=outcome.collided,
             cycle_time=outcome.cycle_time,
         )
+
+    def state(self) -> dict[str, State]:
+        """Everything that the worlds go on with."""
+        return {"navigation": self.navigation.state(), "last_step": self._last_step.copy()}
+
+    def restore(self, state: Any) -> None:  # as varied as what went in
+        """Go on from a state that `state` returned, of a course with the same settings."""
+        self.navigation.restore(state["navigation"])
+        self._last_step = state["last_step"]
+        self._rebuild_filter()
 
     def _make_safe(self, commands: FloatArray, acted: BoolArray) -> FloatArray | None:
         """Replace commands by what the filter decides; returns how far it moved the velocities, in m/s."""

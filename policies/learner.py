@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -16,7 +17,9 @@ from policies.actor_critic import ActorCritic
 from policies.advantages import advantages, normalised
 from policies.curiosity import Curiosity
 from policies.experience import Experience, SingleArray
+from policies.nested_state import State
 from policies.ppo import Batch, losses
+from policies.torch_state import as_arrays, as_tensors
 from policies.training_settings import TrainingSettings
 from safefilter.arrays import IntArray
 
@@ -120,6 +123,21 @@ class Learner:
             "explained_variance": explained,
             "curiosity": paid,
         }
+
+    def state(self) -> dict[str, State]:
+        """Everything that has been learnt, and what learning goes on with."""
+        return {
+            "modules": [as_arrays(module.state_dict()) for module in self._modules],
+            "optimiser": as_arrays(self.optimiser.state_dict()),
+            "generator": as_arrays(self.generator.get_state()),
+        }
+
+    def restore(self, state: Any) -> None:  # as varied as what went in
+        """Go on from a state that `state` returned, of a learner with the same settings."""
+        for module, kept in zip(self._modules, state["modules"], strict=True):
+            module.load_state_dict(as_tensors(kept))
+        self.optimiser.load_state_dict(as_tensors(state["optimiser"]))
+        self.generator.set_state(as_tensors(state["generator"]))
 
     def _transitions(self, experience: Experience) -> Transitions | None:
         if self.curiosity is None:

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from policies.course import Course
 from policies.experience import Experience
 from policies.learner import Learner
+from policies.nested_state import State
 from policies.stopwatch import Stopwatch
 from policies.training_settings import TrainingSettings
 
@@ -75,6 +77,20 @@ class Trainer:
             learned = self.learner.learn(self._experience, rate)
         self.num_steps += int(self._experience.acts.sum())
         return Progress(self.num_steps, {**rolled, **learned, "learning_rate": rate})
+
+    def state(self) -> dict[str, State]:
+        """Everything that a training needs to go on."""
+        return {
+            "num_steps": self.num_steps,
+            "learner": self.learner.state(),
+            "course": self.course.state(),
+        }
+
+    def restore(self, state: Any) -> None:  # as varied as what went in
+        """Go on from a state that `state` returned, of a trainer with the same settings."""
+        self.num_steps = state["num_steps"]
+        self.learner.restore(state["learner"])
+        self.course.restore(state["course"])
 
     def _roll_out(self) -> dict[str, float]:
         """Fill the experience; returns what became of the robots."""
