@@ -2,7 +2,7 @@
 
 Needs the extra ``testing``. For example, that your settings keep your robots apart::
 
-    @given(trials(touching(), dt=0.1))
+    @given(rollouts(touching(), dt=0.1))
     def test_robots_never_touch(trial: Trial) -> None:
         safety_filter = SafetyFilter([PriorityORCA(2.0), Separation(0.1)], Holonomic(trial.v_max))
         assert_collision_free(safety_filter, trial)
@@ -27,19 +27,19 @@ from safefilter.testing.invariants import (
     assert_priority_allocation,
 )
 from safefilter.testing.policies import GoalSeeking, Mixed, Policy, Ramming, UniformRandom
-from safefilter.testing.rollout import Step, Trial, closed_loop
+from safefilter.testing.rollout import Step, Trial, roll_out
 from safefilter.testing.strategies import (
     actions,
+    adversarial_policies,
     crowded,
     head_on,
-    policies,
     priorities,
     radii,
+    rollouts,
     scenes,
     speeds,
     symmetric,
     touching,
-    trials,
     velocities,
 )
 from safefilter.testing.tally import Tally
@@ -63,22 +63,22 @@ __all__ = [
     "UniformRandom",
     "WrongAllocation",
     "actions",
+    "adversarial_policies",
     "assert_certified",
     "assert_collision_free",
     "assert_priority_allocation",
     "backend_contract",
-    "closed_loop",
     "closest_approach",
     "crowded",
     "head_on",
     "pairs_within",
-    "policies",
     "priorities",
     "radii",
+    "roll_out",
+    "rollouts",
     "scenes",
     "speeds",
     "symmetric",
     "touching",
-    "trials",
     "velocities",
 ]

@@ -13,8 +13,9 @@ from safefilter.decision import Case, Decision
 from safefilter.half_spaces import HalfSpaces
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
+from safefilter.testing.closest_approach import Approach
 from safefilter.testing.reproduction import array_code, scene_code
-from safefilter.testing.rollout import Step, Trial, closed_loop
+from safefilter.testing.rollout import Step, Trial, roll_out
 from safefilter.testing.tally import NOTHING, Tally
 
 # Both robots compute the change from the same numbers with opposite signs, so only roundings of offsets are left.
@@ -22,7 +23,7 @@ SHARE_TOLERANCE = 1e-12
 
 
 class Collision(AssertionError):
-    """Two robots came into contact."""
+    """Two robots, or a robot and a wall, came into contact."""
 
 
 class NotCertified(AssertionError):
@@ -37,20 +38,24 @@ def assert_collision_free(safety_filter: SafetyFilter, trial: Trial) -> Tally:
     """Drive robots through a filter, and check every instant of every step with formulas that are not the filter's.
 
     Args:
-        safety_filter: The filter; its `Separation` has the trial's ``dt``, its kinematics the trial's ``v_max``.
+        safety_filter: The filter; its `Separation` has the trial's ``dt``, its kinematics the trial's ``v_max``, and
+            ``omega_max`` if it has one.
         trial: Robots, policy and duration.
 
     Returns:
         What happened: steps, cases, faults, least clearance.
 
     Raises:
-        Collision: At the first contact of robots that were apart at the start, one of them cooperative.
+        Collision: At the first contact of robots that were apart at the start, one of them cooperative, or of a
+            cooperative one with a wall.
         NotCertified: If an executed action is not certified.
     """
     tally = NOTHING
-    for step in closed_loop(safety_filter, trial):
+    for step in roll_out(safety_filter, trial):
         if step.approach.collided.any():
             raise Collision(_collision_text(step, trial))
+        if step.wall_approach.collided.any():
+            raise Collision(_wall_text(step, trial))
         if step.decision is not None and not step.decision.certified.all():
             robots = step.decision.index[~step.decision.certified].tolist()
             raise NotCertified(
@@ -178,15 +183,33 @@ def _allocation_complaint(own: float, other: float, priority: float, other_prior
     return ""
 
 
+def _wall_text(step: Step, trial: Trial) -> str:
+    k, how = _deepest(step.wall_approach, step.number)
+    robot, wall = int(step.wall_pairs.first[k]), int(step.wall_pairs.second[k])
+    ends = step.scene.walls[wall, :4].reshape(2, 2).tolist()
+    return (
+        f"robot {robot} and wall {wall} from {ends[0]} to {ends[1]} m {how}\n"
+        f"  velocity {step.velocity[robot].tolist()} m/s\n{_repeat(trial)}"
+    )
+
+
 def _collision_text(step: Step, trial: Trial) -> str:
-    least = np.where(step.approach.collided, step.approach.least, np.inf)
-    k = int(least.argmin())
+    k, how = _deepest(step.approach, step.number)
     i, j = int(step.pairs.first[k]), int(step.pairs.second[k])
     return (
-        f"robots {i} and {j} collide in step {step.number}: {-1e3 * least[k]:.6g} mm deep at "
-        f"{step.approach.fraction[k]:.3f} of the step, from {1e3 * step.approach.start[k]:.6g} mm apart\n"
+        f"robots {i} and {j} {how}\n"
         f"  velocities {step.velocity[i].tolist()} and {step.velocity[j].tolist()} m/s, "
         f"cooperative {bool(step.scene.cooperative[i])} and {bool(step.scene.cooperative[j])}\n{_repeat(trial)}"
+    )
+
+
+def _deepest(approach: Approach, number: int) -> tuple[int, str]:
+    """The pair that collides deepest, and how."""
+    least = np.where(approach.collided, approach.least, np.inf)
+    k = int(least.argmin())
+    return k, (
+        f"collide in step {number}: {-1e3 * least[k]:.6g} mm deep at "
+        f"{approach.fraction[k]:.3f} of the step, from {1e3 * approach.start[k]:.6g} mm apart"
     )
 
 

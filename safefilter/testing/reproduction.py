@@ -36,6 +36,22 @@ def scene_code(scene: Scene) -> str:
         parts.append(f"wanted={array_code(scene.wanted)}")
     if (scene.world != 0).any():
         parts.append(f"world={array_code(scene.world)}")
+    if scene.num_shared_walls > 0:
+        walls = scene.walls[: scene.num_shared_walls, :4].reshape(-1, 2, 2)
+        parts.append(f"walls={array_code(walls)}")
     if np.isfinite(scene.reach):
         parts.append(f"reach={scene.reach!r}")
     return f"Scene.from_world({', '.join(parts)})"
+
+
+def decision_code(
+    scene: Scene, action: npt.NDArray[np.generic], index: npt.NDArray[np.integer], check: str
+) -> str:
+    """Write the code that decides again and checks again, for the end of a message."""
+    return (
+        "to repeat it:\n"
+        f"  scene = {scene_code(scene)}\n"
+        f"  action = np.array({array_code(action)}, dtype=np.{action.dtype})\n"
+        f"  decision = safety_filter.decide(scene, action, {index.tolist()})\n"
+        f"  {check}(safety_filter, scene, action, decision)"
+    )

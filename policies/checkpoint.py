@@ -1,0 +1,270 @@
+"""Weights as files: tensors in ``NAME.safetensors``, and beside them ``NAME.json``, the card for people.
+
+The tensors' file holds the card too, with a SHA-256 over both: it is complete, and as it is renamed as a whole, a
+program that is killed while it writes leaves either the old pair or the new one. What lies beside it is a copy; a
+reader takes notice of one that says something else. Only the copy that a killed writer could not replace any more is
+let pass: the file knows what it replaced.
+
+Nothing is executed on reading, and torch is not needed. The checksum is no protection from those who mean to deceive.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import safetensors
+import safetensors.numpy
+
+from envs.observation_layout import ObservationLayout
+from policies.atomic_file import write_atomically
+from policies.card import Card, Json
+from policies.checkpoint_errors import (
+    CheckpointAltered,
+    CheckpointError,
+    CheckpointForeign,
+    CheckpointMissing,
+    CheckpointTooLarge,
+    CheckpointTruncated,
+)
+from policies.policy_weights import Weights
+from safefilter.errors import InvalidInput
+
+FORMAT = "safefilter weights"
+VERSION = 1
+SUFFIX, CARD_SUFFIX = ".safetensors", ".json"
+MAX_BYTES = 64 * 2**20
+"""Largest file that is read: the paper's two networks take 0.3 MB."""
+MAX_CARD_BYTES = 2**20
+"""Largest card, and largest header of a file of tensors."""
+ACTION = (
+    "v = v_max (1 + a_0) / 2, w = omega_max a_1, a clipped to [-1, 1]; see policies/action_map.py"
+)
+_LENGTH_BYTES = 8
+"""At the start of a safetensors file: the length of its header, little-endian."""
+
+
+def write_weights(path: str | Path, weights: Weights) -> None:
+    """Write the pair, each file as a whole or not at all.
+
+    Args:
+        path: File of the tensors, ``NAME.safetensors``; the card becomes ``NAME.json``.
+        weights: What to write.
+
+    Raises:
+        InvalidInput: If the name ends with something else.
+        CheckpointTooLarge: If it would be too large to be read.
+    """
+    path = _named(path)
+    card = _describe(weights)
+    text = json.dumps(card, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    metadata = {"format": FORMAT, "card": text, "replaces": _checksum_beside(path)}
+    content = safetensors.numpy.save(dict(weights.arrays), metadata)
+    if len(text.encode()) > MAX_CARD_BYTES or len(content) > MAX_BYTES:
+        raise CheckpointTooLarge(
+            f"{path}: {len(content)} bytes with a card of {len(text.encode())}; "
+            f"expected at most {MAX_BYTES} and {MAX_CARD_BYTES}: leave settings or figures out"
+        )
+    write_atomically(path, content)
+    write_atomically(path.with_suffix(CARD_SUFFIX), text.encode())
+
+
+def read_weights(path: str | Path) -> Weights:
+    """Read weights and check that they are as they were written.
+
+    Args:
+        path: File of the tensors, ``NAME.safetensors``.
+
+    Returns:
+        The weights, with the card.
+
+    Raises:
+        CheckpointMissing: If there is no such file.
+        CheckpointTruncated: If it ends too early.
+        CheckpointAltered: If tensors or card were changed, or the card beside it belongs to other weights.
+        CheckpointForeign: If it is something else, of another version, or for other observations.
+        CheckpointTooLarge: If it is larger than anything written here.
+        CheckpointError: If it cannot be read.
+        TensorError: If tensors are missing, or of another shape or type, or not finite.
+    """
+    path = _named(path)
+    content = read_limited(path, MAX_BYTES)
+    metadata = tensor_metadata(content, path)
+    if metadata.get("format") != FORMAT or "card" not in metadata:
+        raise CheckpointForeign(
+            f"{path}: tensors, but not weights of this package; write them with policies.checkpoint.write_weights"
+        )
+    described = _parsed(metadata["card"], path)
+    try:
+        arrays = safetensors.numpy.load(content)
+    except (safetensors.SafetensorError, KeyError, ValueError) as error:
+        raise CheckpointAltered(f"{path}: cannot be read: {error}") from error
+    if _checksum(arrays, described) != described.get("sha256"):
+        raise CheckpointAltered(f"{path}: tensors or card were changed after they were written")
+    _require_same_card(path, described, metadata.get("replaces", ""))
+    try:
+        return Weights(arrays, _layout(described), Card.of(described.get("card"), str(path)))
+    except CheckpointError as error:
+        raise type(error)(f"{path}: {error}") from error
+
+
+def read_limited(path: Path, most: int) -> bytes:
+    """Content of a file that is not too large.
+
+    Raises:
+        CheckpointMissing: If there is no such file.
+        CheckpointTooLarge: If it is larger than ``most`` bytes.
+        CheckpointError: If it cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(most + 1)
+    except FileNotFoundError as error:
+        raise CheckpointMissing(f"{path}: there is no such file") from error
+    except OSError as error:
+        raise CheckpointError(f"{path}: cannot be read: {error}") from error
+    if len(content) > most:
+        raise CheckpointTooLarge(
+            f"{path}: expected at most {most} bytes, got {path.stat().st_size}"
+        )
+    return content
+
+
+def tensor_metadata(content: bytes, path: Path) -> dict[str, str]:
+    """What a safetensors file says of itself.
+
+    Args:
+        content: All of it.
+        path: Where it is from, for messages.
+
+    Raises:
+        CheckpointTruncated: If it is shorter than its header says.
+        CheckpointForeign: If it is no safetensors file.
+    """
+    body = _LENGTH_BYTES + int.from_bytes(content[:_LENGTH_BYTES], "little")
+    if not b"{".startswith(content[_LENGTH_BYTES : _LENGTH_BYTES + 1]) or (
+        len(content) > _LENGTH_BYTES and body > 2 * MAX_BYTES
+    ):
+        raise CheckpointForeign(
+            f"{path}: no safetensors file, it begins with {content[:_LENGTH_BYTES]!r}; pickles "
+            "(.pt, .pth, .zip) are not read, because reading them can execute code"
+        )
+    if len(content) < max(body, _LENGTH_BYTES):
+        raise CheckpointTruncated(f"{path}: cut within its header, after {len(content)} bytes")
+    try:
+        header = json.loads(content[_LENGTH_BYTES:body])
+        metadata = header.pop("__metadata__", {})
+        end = body + max((int(tensor["data_offsets"][1]) for tensor in header.values()), default=0)
+    except (ValueError, TypeError, KeyError, AttributeError, IndexError, RecursionError) as error:
+        raise CheckpointForeign(f"{path}: no safetensors file: {error}") from error
+    if len(content) < end:
+        raise CheckpointTruncated(f"{path}: cut after {len(content)} of {end} bytes; copy it again")
+    if not isinstance(metadata, dict) or not all(
+        isinstance(text, str) for text in metadata.values()
+    ):
+        raise CheckpointForeign(f"{path}: no safetensors file: its metadata are not texts")
+    return metadata
+
+
+def _named(path: str | Path) -> Path:
+    path = Path(path)
+    if path.suffix != SUFFIX:
+        raise InvalidInput(f"{path}: expected a name that ends with {SUFFIX}")
+    return path
+
+
+def _describe(weights: Weights) -> dict[str, Json]:
+    """Everything that is not a tensor."""
+    described: dict[str, Json] = {
+        "format": FORMAT,
+        "version": VERSION,
+        "observation": _observation(weights.layout),
+        "action": ACTION,
+        "tensors": {name: list(array.shape) for name, array in sorted(weights.arrays.items())},
+        "card": weights.card.plain(),
+    }
+    return {"sha256": _checksum(weights.arrays, described), **described}
+
+
+def _observation(layout: ObservationLayout) -> dict[str, Json]:
+    """The layout, and what each number means: weights for others must not be taken for these."""
+    blocks: list[Json] = [
+        {"name": block.name, "shape": list(block.shape), "fields": list(block.fields)}
+        for block in layout.blocks
+    ]
+    return {**asdict(layout), "blocks": blocks}
+
+
+def _layout(described: Mapping[str, Json]) -> ObservationLayout:
+    if described.get("version") != VERSION:
+        raise CheckpointForeign(
+            f"expected version {VERSION}, got {described.get('version')!r}; "
+            "read it with the release that wrote it"
+        )
+    observation = described.get("observation")
+    try:
+        settings = dict(observation) if isinstance(observation, dict) else {}
+        settings.pop("blocks", None)
+        layout = ObservationLayout(**settings)
+    except (TypeError, InvalidInput) as error:
+        raise CheckpointForeign(f"no layout of observations: {error}") from error
+    if observation != _observation(layout):
+        raise CheckpointForeign(
+            "its numbers mean something else than those of envs.observation_layout; "
+            "read it with the release that wrote it"
+        )
+    return layout
+
+
+def _checksum(arrays: Mapping[str, npt.NDArray[np.generic]], described: Mapping[str, Json]) -> str:
+    """SHA-256 over all tensors and everything that is said of them, in hexadecimal."""
+    said = {name: value for name, value in described.items() if name != "sha256"}
+    digest = hashlib.sha256(json.dumps(said, sort_keys=True).encode())
+    for name, array in sorted(arrays.items()):
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def _parsed(text: str, path: Path) -> dict[str, Json]:
+    try:
+        described = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise CheckpointAltered(f"{path}: its card is no JSON: {error}") from error
+    if not isinstance(described, dict):
+        raise CheckpointForeign(f"{path}: its card is no object")
+    return described
+
+
+def _checksum_beside(path: Path) -> str:
+    """Of the card that is there; empty without one."""
+    beside = path.with_suffix(CARD_SUFFIX)
+    try:
+        checksum = _parsed(read_limited(beside, MAX_CARD_BYTES).decode(), beside).get("sha256")
+    except (CheckpointError, UnicodeDecodeError):
+        return ""  # whatever it is, it is about to be replaced
+    return checksum if isinstance(checksum, str) else ""
+
+
+def _require_same_card(path: Path, described: Mapping[str, Json], replaced: str) -> None:
+    """The card beside the file is its own, or the one that it was going to replace, or not there.
+
+    Raises:
+        CheckpointAltered: If it is another.
+    """
+    beside = path.with_suffix(CARD_SUFFIX)
+    try:
+        text = read_limited(beside, MAX_CARD_BYTES).decode(errors="replace")
+    except CheckpointMissing:
+        return
+    found = _parsed(text, beside)
+    if found != described and (not replaced or found.get("sha256") != replaced):
+        raise CheckpointAltered(
+            f"{beside}: not the card of {path.name}; bring back the one that belongs to it, or delete it: "
+            f"{path.name} holds a copy"
+        )
