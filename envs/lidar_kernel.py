@@ -13,6 +13,7 @@ Letters: K beams. Beams stand twice in a row, k and k + K the same, so that a sp
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -44,8 +45,9 @@ class Beams(NamedTuple):
     first: IntArray
 
     @classmethod
+    @functools.cache
     def evenly(cls, num_beams: int) -> Beams:
-        """Once round."""
+        """Once round. Kept, for every scan asks."""
         angle = np.arange(num_beams) * (2.0 * math.pi / max(num_beams, 1))
         cosine, sine = np.cos(angle), np.sin(angle)
         # Quarter turns in floating point are off by 1e-16; they are the ends of everything that is symmetric.

@@ -243,10 +243,11 @@ class Navigation:
 
     def _scan(self, worlds: slice) -> Lidar:
         world, rules = self.world, self.rules
+        seen = rules.lidar_range if rules.wall_range is None else rules.wall_range
         ranges = cast_beams(
             world,
             rules.num_beams,
-            rules.lidar_range,
+            min(seen, rules.lidar_range),
             sensing=self.observer.sensed.sensing,
             worlds=worlds,
         )
