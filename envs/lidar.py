@@ -90,7 +90,7 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
     num_robots, num_beams = ranges.shape[1], ranges.shape[2]
     grid = empty_robot_grid(num_robots)
     nearness = np.empty(2 * num_beams)
-    stamp = np.full(walls.segment.shape[1], -1)
+    stamp = np.full(walls.num_walls.max(), -1)
     for w in range(first_world, last_world):
         sort_robots(grid, w, position, present)
         largest_radius = radius[w].max()
