@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from envs.robot_grid_kernel import RobotGrid, cells_near
-from envs.walls import WallArrays, first_and_last_cell
+from envs.walls import WallArrays, cells_within, entries_of_row
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.jit import formula
 
@@ -163,6 +163,32 @@ def paint_disc(
 
 
 @formula
+def paint_wall(
+    nearness: FloatArray,
+    beams: Beams,
+    walls: WallArrays,
+    s: int,
+    x: float,
+    y: float,
+    cosine: float,
+    sine: float,
+    furthest: float,
+) -> None:
+    """Paint wall s."""
+    a_x, a_y = walls.segment[s, 0] - x, walls.segment[s, 1] - y
+    b_x, b_y = walls.segment[s, 2] - x, walls.segment[s, 3] - y
+    paint_segment(
+        nearness,
+        beams,
+        cosine * a_x + sine * a_y,
+        cosine * a_y - sine * a_x,
+        cosine * b_x + sine * b_y,
+        cosine * b_y - sine * b_x,
+        furthest,
+    )
+
+
+@formula
 def paint_walls(
     nearness: FloatArray,
     beams: Beams,
@@ -177,30 +203,21 @@ def paint_walls(
     number: int,
 ) -> None:
     """Paint the walls of world w that pass through cells within range; ``stamp`` keeps those of this ``number``."""
-    size, columns = walls.cell_size[w], walls.cells_along[w, 0]
-    left, right = first_and_last_cell(x - furthest, x + furthest, walls.corner[w, 0], size, columns)
-    bottom, top = first_and_last_cell(
-        y - furthest, y + furthest, walls.corner[w, 1], size, walls.cells_along[w, 1]
-    )
+    m = walls.map_of[w]
+    start = walls.first_wall[m]
+    left, right, bottom, top = cells_within(walls, m, x, y, furthest)
+    num_near = (right - left + 1) * (top - bottom + 1)
+    if num_near == walls.cells_along[m, 0] * walls.cells_along[m, 1]:
+        for s in range(start, start + walls.num_walls[m]):
+            paint_wall(nearness, beams, walls, s, x, y, cosine, sine, furthest)
+        return
     for row in range(bottom, top + 1):
-        start = walls.cell_start[w, row * columns + left]
-        stop = walls.cell_start[w, row * columns + right + 1]
-        for e in range(start, stop):
-            s = walls.entry[w, e]
-            if stamp[s] == number:
-                continue
-            stamp[s] = number
-            a_x, a_y = walls.segment[w, s, 0] - x, walls.segment[w, s, 1] - y
-            b_x, b_y = walls.segment[w, s, 2] - x, walls.segment[w, s, 3] - y
-            paint_segment(
-                nearness,
-                beams,
-                cosine * a_x + sine * a_y,
-                cosine * a_y - sine * a_x,
-                cosine * b_x + sine * b_y,
-                cosine * b_y - sine * b_x,
-                furthest,
-            )
+        first, end = entries_of_row(walls, m, row, left, right)
+        for e in range(first, end):
+            s = walls.entry[e]
+            if stamp[s - start] != number:
+                stamp[s - start] = number
+                paint_wall(nearness, beams, walls, s, x, y, cosine, sine, furthest)
 
 
 @formula
