@@ -22,6 +22,7 @@ from envs.outcome import Outcome
 from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
 from envs.sensing import Sensing
+from envs.snapshot import Parts, Snapshot
 from envs.step_kernel import Motion, step_worlds
 from envs.walls import WallMap
 from envs.world import World, over_worlds
@@ -171,6 +172,27 @@ class Navigation:
     def observe(self) -> Observations:
         """Observations of all robots, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`."""
         return self.observer.observe()
+
+    def state(self) -> Snapshot:
+        """Copy of everything that later steps depend on: the world, what is remembered of it, and the generators."""
+        return self._parts.taken()
+
+    def restore(self, state: Snapshot) -> None:
+        """Go on from a moment as if nothing had happened since, bit for bit.
+
+        Args:
+            state: What `state` returned once, of a navigation that was made with the same arguments.
+
+        Raises:
+            SnapshotError: If it does not fit; then nothing has changed.
+        """
+        self._parts.put_back(state)
+
+    @property
+    def _parts(self) -> Parts:
+        gait = {f"gait.{name}": array for name, array in self._gait._asdict().items()}
+        arrays = {**self.world.state, **self.observer.memory, **gait}
+        return Parts(arrays, self.world.walls, self._generators)
 
     def wanted(self, actions: FloatArray) -> FloatArray:
         """What policies want: their actions for robots under way, to stand still for all others.

@@ -89,6 +89,13 @@ class Observer:
         self.sensed.update(self._world.seed)
         self._odometry.update(self._robots)
 
+    @property
+    def memory(self) -> dict[str, np.typing.NDArray[np.generic]]:
+        """Everything that is remembered beside the world, by name; for snapshots."""
+        sensed = {f"sensed.{name}": array for name, array in self.sensed.memory.items()}
+        driven = {f"odometry.{name}": array for name, array in self._odometry.memory.items()}
+        return {**sensed, **driven}
+
     def observe(self) -> Observations:
         """Observations of all robots now; of those that are gone zeros.
 
