@@ -11,6 +11,7 @@ import numpy as np
 
 from envs.lidar_kernel import Beams, paint_robots, paint_walls
 from envs.observation_kernel import (
+    MEMORY_SIZE,
     NEIGHBOUR_SIZE,
     OWN_SIZE,
     Nearest,
@@ -20,6 +21,7 @@ from envs.observation_kernel import (
     write_memory,
     write_neighbour,
     write_own,
+    write_trail,
 )
 from envs.observation_layout import ObservationLayout, Observations
 from envs.odometry import Odometry, OdometryArrays
@@ -27,6 +29,7 @@ from envs.robot_grid_kernel import empty_robot_grid, sort_robots
 from envs.rules import Rules
 from envs.sensing import Sensed, SensedArrays, Sensing
 from envs.step_kernel import RobotArrays
+from envs.trail import NUM_SECTORS
 from envs.walls import WallArrays
 from envs.world import World, over_worlds
 from safefilter.arrays import IntArray
@@ -143,6 +146,7 @@ def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
     nearest = Nearest(
         np.empty(settings.num_neighbours, dtype=np.int64), np.empty(settings.num_neighbours)
     )
+    total = np.empty(NUM_SECTORS)
     furthest = settings.lidar_range
     for w in range(first_world, last_world):
         sort_robots(true_grid, w, robots.position, robots.present)
@@ -195,3 +199,5 @@ def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
             if settings.has_memory:
                 first += settings.num_beams
                 write_memory(written, first, robots, odometry, w, i, cosine, sine, settings.dt)
+                first += MEMORY_SIZE - NUM_SECTORS
+                write_trail(written, first, robots, odometry, w, i, cosine, sine, total)
