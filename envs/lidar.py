@@ -90,7 +90,7 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
     num_robots, num_beams = ranges.shape[1], ranges.shape[2]
     grid = empty_robot_grid(num_robots)
     nearness = np.empty(2 * num_beams)
-    stamp = np.full(walls.segment.shape[1], -1)
+    stamp = np.full(walls.num_walls.max(), -1)
     # Known before the loop: with the hash inside, a scan without noise takes five times as long.
     is_noisy = noise > 0.0 or dropout > 0.0
     for w in range(first_world, last_world):

@@ -25,7 +25,7 @@ from envs.sensing import Sensing
 from envs.step_kernel import Motion, step_worlds
 from envs.walls import WallMap
 from envs.world import World, over_worlds
-from safefilter.arrays import FloatArray, finite_array, require_positive
+from safefilter.arrays import FloatArray, finite_array, frozen, require_positive
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
 from safefilter.outlines import OwnWalls
@@ -274,11 +274,14 @@ class Navigation:
         kept_arrays, kept_worlds, kept = self._kept_map
         if kept_arrays is arrays and kept_worlds == worlds:
             return kept
-        segment, count = arrays.segment[worlds], arrays.num_walls[worlds]
-        num_worlds, most = segment.shape[:2]
-        first = np.repeat(most * np.arange(num_worlds), self.world.num_robots)
-        ranges = np.stack([first, first + np.repeat(count, self.world.num_robots)], axis=1)
-        known = OwnWalls.of(segment.reshape(-1, 2, 2), ranges)
+        maps = np.repeat(arrays.map_of[worlds], self.world.num_robots)
+        first, count = arrays.first_wall[maps], arrays.num_walls[maps]
+        lowest, end = int(first.min()), int((first + count).max())
+        ranges = np.stack([first, first + count], axis=1) - lowest
+        # They were checked when the maps were laid out, and are never written to.
+        known = OwnWalls(
+            frozen(arrays.segment[lowest:end]), frozen(ranges), int(count.max(initial=0))
+        )
         self._kept_map = arrays, worlds, known
         return known
 

@@ -132,7 +132,7 @@ def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
     num_robots = robots.radius.shape[1]
     true_grid, sensed_grid = empty_robot_grid(num_robots), empty_robot_grid(num_robots)
     nearness = np.empty(2 * settings.num_beams)
-    stamp = np.full(walls.segment.shape[1], -1)
+    stamp = np.full(walls.num_walls.max(), -1)
     nearest = Nearest(
         np.empty(settings.num_neighbours, dtype=np.int64), np.empty(settings.num_neighbours)
     )

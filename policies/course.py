@@ -22,7 +22,6 @@ from envs.rules import AfterArrival, Rules
 from envs.scenarios import Scenario, Town
 from policies.action_map import to_command, to_raw
 from policies.experience import SingleArray
-from policies.nested_state import State
 from policies.stopwatch import Stopwatch
 from policies.training_settings import TrainingSettings
 from safefilter.arrays import BoolArray, FloatArray
@@ -141,7 +140,7 @@ class Course:
             cycle_time=outcome.cycle_time,
         )
 
-    def state(self) -> dict[str, State]:
+    def state(self) -> dict[str, Any]:
         """Everything that the worlds go on with."""
         return {"navigation": self.navigation.state(), "last_step": self._last_step.copy()}
 

@@ -17,7 +17,6 @@ from policies.actor_critic import ActorCritic
 from policies.advantages import advantages, normalised
 from policies.curiosity import Curiosity
 from policies.experience import Experience, SingleArray
-from policies.nested_state import State
 from policies.ppo import Batch, losses
 from policies.torch_state import as_arrays, as_tensors
 from policies.training_settings import TrainingSettings
@@ -124,7 +123,7 @@ class Learner:
             "curiosity": paid,
         }
 
-    def state(self) -> dict[str, State]:
+    def state(self) -> dict[str, Any]:
         """Everything that has been learnt, and what learning goes on with."""
         return {
             "modules": [as_arrays(module.state_dict()) for module in self._modules],

@@ -16,7 +16,6 @@ import numpy as np
 from policies.course import Course
 from policies.experience import Experience
 from policies.learner import Learner
-from policies.nested_state import State
 from policies.stopwatch import Stopwatch
 from policies.training_settings import TrainingSettings
 
@@ -78,7 +77,7 @@ class Trainer:
         self.num_steps += int(self._experience.acts.sum())
         return Progress(self.num_steps, {**rolled, **learned, "learning_rate": rate})
 
-    def state(self) -> dict[str, State]:
+    def state(self) -> dict[str, Any]:
         """Everything that a training needs to go on."""
         return {
             "num_steps": self.num_steps,
