@@ -66,7 +66,11 @@ def assert_minimal(
 
 
 def _complaint(
-    safety_filter: SafetyFilter, rows: HalfSpaces, given: npt.NDArray[np.generic], decision: Decision, k: int
+    safety_filter: SafetyFilter,
+    rows: HalfSpaces,
+    given: npt.NDArray[np.generic],
+    decision: Decision,
+    k: int,
 ) -> str:
     present = rows.present[k]
     normals, offsets = rows.normals[k][present], rows.offsets[k][present]
