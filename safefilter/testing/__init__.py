@@ -16,7 +16,7 @@ from safefilter.testing.backend_contract import (
     ContractBroken,
     backend_contract,
 )
-from safefilter.testing.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
+from safefilter.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
 from safefilter.testing.faults import FAULTS, FAULTS_IN_A_PROCESS
 from safefilter.testing.invariants import (
     Collision,

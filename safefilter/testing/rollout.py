@@ -20,7 +20,7 @@ from safefilter.decision import Decision
 from safefilter.errors import InvalidInput
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import WANTED_X, WANTED_Y, Scene
-from safefilter.testing.closest_approach import Approach, Pairs, closest_approach, pairs_within
+from safefilter.closest_approach import Approach, Pairs, closest_approach, pairs_within
 from safefilter.testing.policies import Policy
 from safefilter.testing.reproduction import scene_code
 
