@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from safefilter.arrays import FloatArray
+from safefilter.closest_approach import Approach
 from safefilter.decision import Case, Decision
 from safefilter.half_spaces import HalfSpaces
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
-from safefilter.testing.closest_approach import Approach
 from safefilter.testing.reproduction import array_code, scene_code
 from safefilter.testing.rollout import Step, Trial, roll_out
 from safefilter.testing.tally import NOTHING, Tally
