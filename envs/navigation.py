@@ -22,10 +22,11 @@ from envs.outcome import Outcome
 from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
 from envs.sensing import Sensing
+from envs.snapshot import Parts, Snapshot
 from envs.step_kernel import Motion, step_worlds
 from envs.walls import WallMap
 from envs.world import World, over_worlds
-from safefilter.arrays import FloatArray, finite_array, require_positive
+from safefilter.arrays import FloatArray, finite_array, frozen, require_positive
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
 from safefilter.outlines import OwnWalls
@@ -172,6 +173,27 @@ class Navigation:
         """Observations of all robots, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`."""
         return self.observer.observe()
 
+    def state(self) -> Snapshot:
+        """Copy of everything that later steps depend on: the world, what is remembered of it, and the generators."""
+        return self._parts.taken()
+
+    def restore(self, state: Snapshot) -> None:
+        """Go on from a moment as if nothing had happened since, bit for bit.
+
+        Args:
+            state: What `state` returned once, of a navigation that was made with the same arguments.
+
+        Raises:
+            SnapshotError: If it does not fit; then nothing has changed.
+        """
+        self._parts.put_back(state)
+
+    @property
+    def _parts(self) -> Parts:
+        gait = {f"gait.{name}": array for name, array in self._gait._asdict().items()}
+        arrays = {**self.world.state, **self.observer.memory, **gait}
+        return Parts(arrays, self.world.walls, self._generators)
+
     def wanted(self, actions: FloatArray) -> FloatArray:
         """What policies want: their actions for robots under way, to stand still for all others.
 
@@ -243,10 +265,11 @@ class Navigation:
 
     def _scan(self, worlds: slice) -> Lidar:
         world, rules = self.world, self.rules
+        seen = rules.lidar_range if rules.wall_range is None else rules.wall_range
         ranges = cast_beams(
             world,
             rules.num_beams,
-            rules.lidar_range,
+            min(seen, rules.lidar_range),
             sensing=self.observer.sensed.sensing,
             worlds=worlds,
         )
@@ -273,11 +296,14 @@ class Navigation:
         kept_arrays, kept_worlds, kept = self._kept_map
         if kept_arrays is arrays and kept_worlds == worlds:
             return kept
-        segment, count = arrays.segment[worlds], arrays.num_walls[worlds]
-        num_worlds, most = segment.shape[:2]
-        first = np.repeat(most * np.arange(num_worlds), self.world.num_robots)
-        ranges = np.stack([first, first + np.repeat(count, self.world.num_robots)], axis=1)
-        known = OwnWalls.of(segment.reshape(-1, 2, 2), ranges)
+        maps = np.repeat(arrays.map_of[worlds], self.world.num_robots)
+        first, count = arrays.first_wall[maps], arrays.num_walls[maps]
+        lowest, end = int(first.min()), int((first + count).max())
+        ranges = np.stack([first, first + count], axis=1) - lowest
+        # They were checked when the maps were laid out, and are never written to.
+        known = OwnWalls(
+            frozen(arrays.segment[lowest:end]), frozen(ranges), int(count.max(initial=0))
+        )
         self._kept_map = arrays, worlds, known
         return known
 

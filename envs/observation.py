@@ -89,6 +89,13 @@ class Observer:
         self.sensed.update(self._world.seed)
         self._odometry.update(self._robots)
 
+    @property
+    def memory(self) -> dict[str, np.typing.NDArray[np.generic]]:
+        """Everything that is remembered beside the world, by name; for snapshots."""
+        sensed = {f"sensed.{name}": array for name, array in self.sensed.memory.items()}
+        driven = {f"odometry.{name}": array for name, array in self._odometry.memory.items()}
+        return {**sensed, **driven}
+
     def observe(self) -> Observations:
         """Observations of all robots now; of those that are gone zeros.
 
@@ -132,7 +139,7 @@ def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
     num_robots = robots.radius.shape[1]
     true_grid, sensed_grid = empty_robot_grid(num_robots), empty_robot_grid(num_robots)
     nearness = np.empty(2 * settings.num_beams)
-    stamp = np.full(walls.segment.shape[1], -1)
+    stamp = np.full(walls.num_walls.max(), -1)
     nearest = Nearest(
         np.empty(settings.num_neighbours, dtype=np.int64), np.empty(settings.num_neighbours)
     )

@@ -77,6 +77,18 @@ class Odometry:
         count = np.broadcast_to(robots.step_count[:, np.newaxis], chosen.shape)
         arrays.nearest_step[chosen] = count[chosen]
 
+    @property
+    def memory(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Everything that is remembered, by name; nothing if it is not used."""
+        if not self._is_used:
+            return {}
+        arrays = self.arrays
+        return {
+            "past": arrays.past,
+            "nearest": arrays.nearest,
+            "nearest_step": arrays.nearest_step,
+        }
+
     def update(self, robots: RobotArrays) -> None:
         """Remember where the last step has led to."""
         if self._is_used:

@@ -127,6 +127,13 @@ class Sensed:
         )
         self._sent[chosen] = state[chosen][:, np.newaxis]
 
+    @property
+    def memory(self) -> dict[str, FloatArray]:
+        """Everything that is remembered, by name; nothing where sensing is perfect."""
+        if self.sensing.is_perfect:
+            return {}
+        return {"sent": self._sent, **self.arrays._asdict()}
+
     def update(self, seed: IntArray) -> None:
         """Send and receive what the last step has led to.
 

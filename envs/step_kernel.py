@@ -14,7 +14,7 @@ from envs.arcs import arc_point
 from envs.collision_kernel import ContactArrays, StepArrays, judge_robots, judge_walls
 from envs.dynamics import start_motion
 from envs.robot_grid_kernel import empty_robot_grid, sort_robots
-from envs.walls import WallArrays
+from envs.walls import WallArrays, most_entries
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import formula, kernel
 
@@ -287,7 +287,7 @@ def step_worlds(
 ) -> None:
     """Step worlds [first, last); ``cooperates`` tells of each robot of the fleet whether it does, shape (N,)."""
     grid = empty_robot_grid(robots.radius.shape[1])
-    squared = np.empty(walls.entry.shape[1])
+    squared = np.empty(most_entries(walls))
     step = StepArrays(
         robots.position,
         motion.displacement,

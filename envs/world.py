@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Self
 
 import numpy as np
+import numpy.typing as npt
 
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
@@ -114,6 +115,15 @@ class World:
     def arrays(self) -> RobotArrays:
         """For kernels, which write to them."""
         return RobotArrays(*(getattr(self, name) for name in RobotArrays._fields))
+
+    @property
+    def state(self) -> dict[str, npt.NDArray[np.generic]]:
+        """All arrays but the walls, by name; for snapshots."""
+        return {
+            each.name: getattr(self, each.name)
+            for each in fields(self)
+            if each.name not in {"walls", "kinematics"}
+        }
 
     def snapshot(self) -> Self:
         """Copy of this moment, which later steps do not change."""

@@ -10,16 +10,11 @@ Nothing is executed on reading, and torch is not needed. The checksum is no prot
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-
-import numpy as np
-import numpy.typing as npt
-import safetensors
-import safetensors.numpy
+from typing import cast
 
 from envs.observation_layout import ObservationLayout
 from policies.atomic_file import write_atomically
@@ -30,23 +25,21 @@ from policies.checkpoint_errors import (
     CheckpointForeign,
     CheckpointMissing,
     CheckpointTooLarge,
-    CheckpointTruncated,
 )
-from policies.policy_weights import Weights
+from policies.policy_weights import Float32Array, Weights
+from policies.tensor_file import SUFFIX, AnyArray, TensorFile, read_limited
 from safefilter.errors import InvalidInput
 
 FORMAT = "safefilter weights"
 VERSION = 1
-SUFFIX, CARD_SUFFIX = ".safetensors", ".json"
+CARD_SUFFIX = ".json"
 MAX_BYTES = 64 * 2**20
 """Largest file that is read: the paper's two networks take 0.3 MB."""
 MAX_CARD_BYTES = 2**20
-"""Largest card, and largest header of a file of tensors."""
+"""Largest card."""
 ACTION = (
     "v = v_max (1 + a_0) / 2, w = omega_max a_1, a clipped to [-1, 1]; see policies/action_map.py"
 )
-_LENGTH_BYTES = 8
-"""At the start of a safetensors file: the length of its header, little-endian."""
 
 
 def write_weights(path: str | Path, weights: Weights) -> None:
@@ -61,10 +54,9 @@ def write_weights(path: str | Path, weights: Weights) -> None:
         CheckpointTooLarge: If it would be too large to be read.
     """
     path = _named(path)
-    card = _describe(weights)
-    text = json.dumps(card, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    metadata = {"format": FORMAT, "card": text, "replaces": _checksum_beside(path)}
-    content = safetensors.numpy.save(dict(weights.arrays), metadata)
+    text = json.dumps(_describe(weights), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    texts = {"format": FORMAT, "card": text, "replaces": _checksum_beside(path)}
+    content = TensorFile(weights.arrays, texts).content()
     if len(text.encode()) > MAX_CARD_BYTES or len(content) > MAX_BYTES:
         raise CheckpointTooLarge(
             f"{path}: {len(content)} bytes with a card of {len(text.encode())}; "
@@ -93,82 +85,22 @@ def read_weights(path: str | Path) -> Weights:
         TensorError: If tensors are missing, or of another shape or type, or not finite.
     """
     path = _named(path)
-    content = read_limited(path, MAX_BYTES)
-    metadata = tensor_metadata(content, path)
-    if metadata.get("format") != FORMAT or "card" not in metadata:
+    file = TensorFile.read(path, MAX_BYTES)
+    if file.texts.get("format") != FORMAT or "card" not in file.texts:
         raise CheckpointForeign(
             f"{path}: tensors, but not weights of this package; write them with policies.checkpoint.write_weights"
         )
-    described = _parsed(metadata["card"], path)
-    try:
-        arrays = safetensors.numpy.load(content)
-    except (safetensors.SafetensorError, KeyError, ValueError) as error:
-        raise CheckpointAltered(f"{path}: cannot be read: {error}") from error
-    if _checksum(arrays, described) != described.get("sha256"):
+    described = _parsed(file.texts["card"], path)
+    if _checksum(file.arrays, described) != described.get("sha256"):
         raise CheckpointAltered(f"{path}: tensors or card were changed after they were written")
-    _require_same_card(path, described, metadata.get("replaces", ""))
+    _require_same_card(path, described, file.texts.get("replaces", ""))
     try:
-        return Weights(arrays, _layout(described), Card.of(described.get("card"), str(path)))
+        card = Card.of(described.get("card"), "its card")
+        # Their type is for `Weights` to check.
+        arrays = cast("Mapping[str, Float32Array]", file.arrays)
+        return Weights(arrays, _layout(described), card)
     except CheckpointError as error:
         raise type(error)(f"{path}: {error}") from error
-
-
-def read_limited(path: Path, most: int) -> bytes:
-    """Content of a file that is not too large.
-
-    Raises:
-        CheckpointMissing: If there is no such file.
-        CheckpointTooLarge: If it is larger than ``most`` bytes.
-        CheckpointError: If it cannot be read.
-    """
-    try:
-        with path.open("rb") as file:
-            content = file.read(most + 1)
-    except FileNotFoundError as error:
-        raise CheckpointMissing(f"{path}: there is no such file") from error
-    except OSError as error:
-        raise CheckpointError(f"{path}: cannot be read: {error}") from error
-    if len(content) > most:
-        raise CheckpointTooLarge(
-            f"{path}: expected at most {most} bytes, got {path.stat().st_size}"
-        )
-    return content
-
-
-def tensor_metadata(content: bytes, path: Path) -> dict[str, str]:
-    """What a safetensors file says of itself.
-
-    Args:
-        content: All of it.
-        path: Where it is from, for messages.
-
-    Raises:
-        CheckpointTruncated: If it is shorter than its header says.
-        CheckpointForeign: If it is no safetensors file.
-    """
-    body = _LENGTH_BYTES + int.from_bytes(content[:_LENGTH_BYTES], "little")
-    if not b"{".startswith(content[_LENGTH_BYTES : _LENGTH_BYTES + 1]) or (
-        len(content) > _LENGTH_BYTES and body > 2 * MAX_BYTES
-    ):
-        raise CheckpointForeign(
-            f"{path}: no safetensors file, it begins with {content[:_LENGTH_BYTES]!r}; pickles "
-            "(.pt, .pth, .zip) are not read, because reading them can execute code"
-        )
-    if len(content) < max(body, _LENGTH_BYTES):
-        raise CheckpointTruncated(f"{path}: cut within its header, after {len(content)} bytes")
-    try:
-        header = json.loads(content[_LENGTH_BYTES:body])
-        metadata = header.pop("__metadata__", {})
-        end = body + max((int(tensor["data_offsets"][1]) for tensor in header.values()), default=0)
-    except (ValueError, TypeError, KeyError, AttributeError, IndexError, RecursionError) as error:
-        raise CheckpointForeign(f"{path}: no safetensors file: {error}") from error
-    if len(content) < end:
-        raise CheckpointTruncated(f"{path}: cut after {len(content)} of {end} bytes; copy it again")
-    if not isinstance(metadata, dict) or not all(
-        isinstance(text, str) for text in metadata.values()
-    ):
-        raise CheckpointForeign(f"{path}: no safetensors file: its metadata are not texts")
-    return metadata
 
 
 def _named(path: str | Path) -> Path:
@@ -221,14 +153,10 @@ def _layout(described: Mapping[str, Json]) -> ObservationLayout:
     return layout
 
 
-def _checksum(arrays: Mapping[str, npt.NDArray[np.generic]], described: Mapping[str, Json]) -> str:
-    """SHA-256 over all tensors and everything that is said of them, in hexadecimal."""
+def _checksum(arrays: Mapping[str, AnyArray], described: Mapping[str, Json]) -> str:
+    """Over all tensors and everything that is said of them."""
     said = {name: value for name, value in described.items() if name != "sha256"}
-    digest = hashlib.sha256(json.dumps(said, sort_keys=True).encode())
-    for name, array in sorted(arrays.items()):
-        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
-        digest.update(array.tobytes())
-    return digest.hexdigest()
+    return TensorFile(arrays, {"said": json.dumps(said, sort_keys=True)}).checksum("said")
 
 
 def _parsed(text: str, path: Path) -> dict[str, Json]:

@@ -20,7 +20,6 @@ from envs.reward import Reward
 from envs.reward_tracker import RewardTracker
 from envs.rules import AfterArrival, Rules
 from envs.scenarios import Scenario, Town
-from envs.snapshot import Snapshot
 from policies.action_map import to_command, to_raw
 from policies.experience import SingleArray
 from policies.stopwatch import Stopwatch
@@ -145,7 +144,7 @@ class Course:
             cycle_time=outcome.cycle_time,
         )
 
-    def state(self) -> Snapshot:
+    def state(self) -> dict[str, Any]:
         """Everything that the worlds go on with."""
         return {"navigation": self.navigation.state(), "last_step": self._last_step.copy()}
 

@@ -9,14 +9,12 @@ Letters: W worlds. SI units.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from envs.fleet import Fleet
 from envs.navigation import Navigation
 from envs.observation_layout import ObservationLayout
 from envs.robot_results import RobotResults
-from envs.rules import Rules
-from envs.scenarios import DescribedScenario, Scenario
+from envs.scenarios import Scenario, recommended_rules
 from envs.table_row import TableRow
 from policies.filtering import Filtering
 from policies.policy import Policy
@@ -26,16 +24,8 @@ from safefilter.errors import OutOfRange
 PolicyFactory = Callable[[Navigation], Policy]
 """Makes the policy of a run: from its `Navigation` it takes what it sees, such as ``navigation.observe``."""
 
-TIME_LIMIT = 80.0
-"""Longest episode, in s, unless the scenario asks for a shorter one."""
 BATCH = 500
 """Worlds that are driven at once: more do not make it faster."""
-
-
-def scenario_rules(scenario: Scenario) -> Rules:
-    """Rules that a scenario is evaluated by."""
-    said = scenario.rules if isinstance(scenario, DescribedScenario) else Rules()
-    return replace(said, time_limit=min(said.time_limit, TIME_LIMIT))
 
 
 def make_navigation(
@@ -56,7 +46,7 @@ def make_navigation(
         fleet: What the robots are; None: Turtlebots of priority 1.
     """
     drives = Fleet.of(scenario.num_robots, kinematics="differential") if fleet is None else fleet
-    rules = filtering.rules(scenario_rules(scenario))
+    rules = filtering.rules(recommended_rules(scenario))
     return Navigation(scenario, drives, rules, num_worlds=num_worlds, layout=layout)
 
 

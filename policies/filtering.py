@@ -28,6 +28,10 @@ NUM_BEAMS = 360
 """Beams from which walls are known where there is no map: one a degree, as a Turtlebot's."""
 
 
+WALL_RANGE = 1.0
+"""How far those beams are looked at, in m: a row of the filter reaches 0.32 m at 0.2 m/s, and scans cost the most."""
+
+
 @dataclass(frozen=True, slots=True)
 class Filtering:
     """A filter, before it knows the robots.
@@ -67,7 +71,7 @@ class Filtering:
             rules: Those of the scenario.
         """
         is_scanned = self.kind == "ours" and self.walls == "lidar"
-        return replace(rules, num_beams=NUM_BEAMS if is_scanned else 0)
+        return replace(rules, num_beams=NUM_BEAMS if is_scanned else 0, wall_range=WALL_RANGE)
 
     def build(self, world: World, dt: float) -> SafetyFilter | None:
         """The filter for all robots of all worlds; None where it is off.

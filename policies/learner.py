@@ -14,7 +14,6 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from envs.snapshot import Snapshot
 from policies.actor_critic import ActorCritic
 from policies.advantages import advantages, normalised
 from policies.curiosity import Curiosity
@@ -127,7 +126,7 @@ class Learner:
             "curiosity": paid,
         }
 
-    def state(self) -> Snapshot:
+    def state(self) -> dict[str, Any]:
         """Everything that has been learnt, and what learning goes on with."""
         return {
             "modules": [as_arrays(module.state_dict()) for module in self._modules],

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from envs.snapshot import Snapshot
 from policies.course import Course
 from policies.experience import Experience
 from policies.learner import Learner
@@ -77,7 +76,7 @@ class Trainer:
         self.num_steps += int(self._experience.acts.sum())
         return Progress(self.num_steps, {**rolled, **learned, "learning_rate": rate})
 
-    def state(self) -> Snapshot:
+    def state(self) -> dict[str, Any]:
         """Everything that a training needs to go on."""
         return {
             "num_steps": self.num_steps,

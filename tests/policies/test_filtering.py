@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from envs import Fleet, Navigation, Rules
 from envs.scenarios import load_scenario
+from policies import StraightToGoal
 from policies.filtering import LITERAL, NUM_BEAMS, OFF, OURS, OURS_WITH_MAP, Filtering
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.safety_filter import SafetyFilter
@@ -56,6 +59,30 @@ def test_walls_are_scanned_by_ours_without_a_map_alone() -> None:
     for filtering, beams in ((OURS, NUM_BEAMS), (OURS_WITH_MAP, 0), (LITERAL, 0), (OFF, 0)):
         assert filtering.rules(Rules(num_beams=7)).num_beams == beams
     assert OURS.rules(Rules(time_limit=33.0)).time_limit == 33.0
+
+
+@pytest.mark.parametrize("name", ["crossroad_congested", "n_c_o_intersection", "doorway"])
+def test_walls_further_away_than_those_looked_at_change_no_decision(name: str) -> None:
+    scenario = load_scenario(name)
+    fleet = Fleet.of(scenario.num_robots, kinematics="differential")
+    near, far = (
+        Navigation(scenario, fleet, rules, num_worlds=2)
+        for rules in (OURS.rules(Rules()), replace(OURS.rules(Rules()), wall_range=None))
+    )
+    near.reset(0)
+    far.reset(0)
+    safety_filter, rng = built(OURS, near), np.random.default_rng(0)
+    for _ in range(100):
+        wanted = StraightToGoal().act(near.world, rng)
+        decisions = [
+            safety_filter.decide(navigation.scenes(wanted), wanted.reshape(-1, 2))
+            for navigation in (near, far)
+        ]
+        np.testing.assert_array_equal(decisions[0].action, decisions[1].action)
+        np.testing.assert_array_equal(decisions[0].case, decisions[1].case)
+        for navigation in (near, far):
+            navigation.step(decisions[0].action.reshape(wanted.shape))
+    assert (decisions[0].case != 1).any()
 
 
 @pytest.mark.parametrize("field", ["kind", "walls", "leg"])
