@@ -29,6 +29,8 @@ from safefilter.safety_filter import SafetyFilter
 
 LOST_PART = 0.5
 """A world in which more than this part of the robots are wrecks gets another map."""
+LAST_STEPS = 1
+"""Names a generator beside those of the worlds, which are seeded by (seed, number of the world)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +38,7 @@ class CourseStep:
     """What one step did.
 
     Attributes:
-        acted: Shape (W, N): was under way.
+        acted: Shape (W, N): was under way. What befalls one who waits at its goal to be reborn is nobody's doing.
         executed: Raw actions that stand for the commands that were executed, shape (W, N, 2).
         reward: Of each robot, term by term.
         ends: Shape (W, N): its episode ended, by arrival or collision.
@@ -83,7 +85,9 @@ class Course:
         )
         # Worlds are given another map from outside, so their own time limit must not come first.
         limit = 2.0 * (course.map_steps + course.rollout_steps)
-        rules = Rules(after_arrival=AfterArrival.REBORN, time_limit=limit * Rules().dt)
+        rules = settings.filtering.rules(
+            Rules(after_arrival=AfterArrival.REBORN, time_limit=limit * Rules().dt)
+        )
         self.navigation = Navigation(
             town,
             Fleet.of(town.num_robots, kinematics="differential"),
@@ -96,7 +100,7 @@ class Course:
         self._filter: SafetyFilter | None = None
         self.navigation.reset(settings.seed)
         # Worlds change their maps at different times, so that no rollout is all beginnings.
-        rng = np.random.default_rng([settings.seed, 1])
+        rng = np.random.default_rng([settings.seed, course.num_worlds, LAST_STEPS])
         self._last_step = rng.integers(1, course.map_steps + 1, course.num_worlds)
         self._rebuild_filter()
 
@@ -134,9 +138,9 @@ class Course:
             acted=acted,
             executed=to_raw(commands, *limits),
             reward=reward,
-            ends=outcome.arrived | outcome.collided,
+            ends=acted & (outcome.arrived | outcome.collided),
             arrived=outcome.arrived,
-            collided=outcome.collided,
+            collided=acted & outcome.collided,
             cycle_time=outcome.cycle_time,
         )
 

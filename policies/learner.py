@@ -5,6 +5,7 @@ Letters: T steps, L lanes (robots), B samples, F numbers of an observation.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -72,9 +73,9 @@ class Learner:
         self._settings = settings
         self._device = torch.device(device)
         self.generator = torch.Generator(self._device).manual_seed(settings.seed)
-        # Networks draw from torch's own generator; who else uses it is not disturbed.
+        # Networks draw from torch's own generator, on the CPU wherever they will live; nobody else is disturbed.
         with torch.random.fork_rng(devices=[]):
-            torch.manual_seed(settings.seed)
+            torch.default_generator.manual_seed(settings.seed)
             self.networks = ActorCritic(settings.layout.size, settings.hidden).to(self._device)
             self.curiosity: Curiosity | None = None
             if settings.curiosity is not None:
@@ -109,8 +110,10 @@ class Learner:
             rate: Learning rate.
 
         Returns:
-            Figures by name.
+            Figures by name; none if nobody acted, for there is nothing to learn then.
         """
+        if not experience.acts.any():
+            return {}
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         transitions = self._transitions(experience)
@@ -193,19 +196,19 @@ class Learner:
 
     def _improve(self, batch: Batch, transitions: Transitions | None) -> dict[str, float]:
         """Pass over the samples until the policy has moved far enough; returns means over all gradient steps."""
-        settings = self._settings.ppo
-        steps: list[dict[str, float]] = []
+        settings, number = self._settings.ppo, len(batch.target)
+        # Of one size, or the last few samples would make a step of their own that counts as much as all others.
+        num_parts = math.ceil(number / settings.minibatch)
+        steps: list[dict[str, Tensor]] = []
         for _ in range(settings.epochs):
-            order = self._shuffled(len(batch.target))
-            parts = torch.split(order, settings.minibatch)
-            others = self._parts_of(transitions, len(parts))
-            epoch = [
+            parts = torch.tensor_split(self._shuffled(number), num_parts)
+            others = self._parts_of(transitions, num_parts)
+            steps += [
                 self._descend(batch[part], other) for part, other in zip(parts, others, strict=True)
             ]
-            steps += epoch
-            if sum(step["divergence"] for step in epoch) > settings.max_divergence * len(epoch):
+            if _mean("divergence", steps[-num_parts:]) > settings.max_divergence:
                 break
-        return {name: sum(step[name] for step in steps) / len(steps) for name in steps[0]}
+        return {name: _mean(name, steps) for name in steps[0]}
 
     def _shuffled(self, number: int) -> Tensor:
         return torch.randperm(number, generator=self.generator, device=self._device)
@@ -213,14 +216,14 @@ class Learner:
     def _parts_of(
         self, transitions: Transitions | None, num_parts: int
     ) -> Sequence[Transitions | None]:
-        """Transitions in random order, in so many parts."""
-        if transitions is None:
+        """Transitions in random order, in so many parts; None where there are none."""
+        if transitions is None or len(transitions.index) < num_parts:
             return [None] * num_parts
         order = self._shuffled(len(transitions.index))
         return [transitions[part] for part in torch.tensor_split(order, num_parts)]
 
-    def _descend(self, batch: Batch, transitions: Transitions | None) -> dict[str, float]:
-        """One gradient step on the joint objective."""
+    def _descend(self, batch: Batch, transitions: Transitions | None) -> dict[str, Tensor]:
+        """One gradient step on the joint objective; returns what it was made of."""
         settings = self._settings.ppo
         terms = losses(self.networks, batch, settings.clip)
         loss = terms.total(settings)
@@ -242,7 +245,13 @@ class Learner:
         for module in self._modules:
             nn.utils.clip_grad_norm_(module.parameters(), settings.max_gradient)
         self.optimiser.step()
-        return {name: float(value.detach()) for name, value in figures.items()}
+        # As tensors: asking for numbers would make a GPU wait at every step.
+        return {name: value.detach() for name, value in figures.items()}
 
     def _tensor(self, array: SingleArray) -> Tensor:
         return torch.from_numpy(array).to(self._device)
+
+
+def _mean(name: str, steps: Sequence[dict[str, Tensor]]) -> float:
+    """Mean of one figure over gradient steps."""
+    return float(torch.stack([step[name] for step in steps]).mean())

@@ -13,6 +13,13 @@ import torch
 from torch import Tensor
 
 from policies.actor_critic import ActorCritic
+from safefilter.arrays import finite_array, positive_number
+from safefilter.errors import OutOfRange
+
+_POSITIVE = ("learning_rate", "clip", "max_gradient", "max_divergence", "reward_scale")
+_SHARES = ("final_rate", "discount", "trace_decay")
+_WEIGHTS = ("value_weight", "entropy_weight")
+_COUNTS = ("epochs", "minibatch")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +53,33 @@ class PPOSettings:
     max_gradient: float = 0.5
     max_divergence: float = 0.03
     reward_scale: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            NotFinite: If a number is NaN or infinite.
+            OutOfRange: If a number is below what it can be, or a share not between 0 and 1.
+        """
+        for field in _POSITIVE:
+            positive_number(getattr(self, field), field)
+        for field in _SHARES:
+            if not 0.0 <= finite_array(getattr(self, field), field, ()) <= 1.0:
+                raise OutOfRange(f"{field}: expected 0 to 1, got {getattr(self, field)}")
+        for field in _WEIGHTS:
+            if finite_array(getattr(self, field), field, ()) < 0.0:
+                raise OutOfRange(f"{field}: expected 0 or more, got {getattr(self, field)}")
+        for field in _COUNTS:
+            if getattr(self, field) < 1:
+                raise OutOfRange(f"{field}: expected 1 or more, got {getattr(self, field)}")
+
+    def rate(self, elapsed: float) -> float:
+        """Learning rate after a part of the training.
+
+        Args:
+            elapsed: The part, from 0 up to 1; what lies beyond counts as 1.
+        """
+        return self.learning_rate * (1.0 - min(1.0, elapsed) * (1.0 - self.final_rate))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

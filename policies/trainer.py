@@ -26,7 +26,8 @@ class Progress:
 
     Attributes:
         num_steps: Steps of robots since the beginning.
-        figures: Values by name: those of the rollout, of `Learner.learn`, and seconds of each part.
+        figures: Values by name: of the rollout ``reward`` (a step), ``arrival_rate`` (of the episodes that ended),
+            ``episodes`` (that ended), ``arrival_time`` (in s); those of `Learner.learn`; and ``learning_rate``.
     """
 
     num_steps: int
@@ -68,9 +69,7 @@ class Trainer:
 
     def advance(self) -> Progress:
         """Make one rollout and learn from it."""
-        settings = self.settings.ppo
-        elapsed = min(1.0, self.num_steps / self.settings.num_steps)
-        rate = settings.learning_rate * (1.0 - elapsed * (1.0 - settings.final_rate))
+        rate = self.settings.ppo.rate(self.num_steps / self.settings.num_steps)
         rolled = self._roll_out()
         with self.stopwatch.measure("update"):
             learned = self.learner.learn(self._experience, rate)
@@ -94,7 +93,8 @@ class Trainer:
     def _roll_out(self) -> dict[str, float]:
         """Fill the experience; returns what became of the robots."""
         course, experience = self.course, self._experience
-        course.renew()
+        with self.stopwatch.measure("simulator"):
+            course.renew()
         arrived, ended, times = 0, 0, 0.0
         for t in range(len(experience.reward)):
             self._observe(t)
@@ -112,7 +112,7 @@ class Trainer:
             times += float(np.nansum(step.cycle_time))
         self._observe(len(experience.reward))
         return {
-            "reward": float(experience.reward[experience.acts].mean()),
+            "reward": float(experience.reward.sum()) / max(int(experience.acts.sum()), 1),
             "arrival_rate": arrived / max(ended, 1),
             "episodes": float(ended),
             "arrival_time": times / max(arrived, 1),

@@ -14,14 +14,13 @@ from pathlib import Path
 from torch.utils.tensorboard import SummaryWriter
 
 from envs.scenarios import load_scenario
-from policies.atomic_file import write_atomically
+from policies.atomic_file import TEMPORARY, write_atomically
 from policies.card import Card
 from policies.checkpoint import write_weights
 from policies.evaluation import evaluate_policy
-from policies.filtering import Filtering
 from policies.learned_policy import LearnedPolicy
 from policies.policy_weights import Weights
-from policies.settings_file import plain_settings
+from policies.settings_file import differences, plain_settings
 from policies.torch_state import as_arrays
 from policies.trainer import Progress, Trainer
 from policies.training_checkpoint import TrainingCheckpoints
@@ -33,6 +32,17 @@ CHECKED = ("passing", "overtaking", "crossroad", "n_c_o_intersection")
 CHECK_EPISODES = 40
 CHECK_SEED = 10_000
 """Far from the seeds of tables."""
+CHECKPOINTS, EVENTS, CURVE, WEIGHTS = "checkpoints", "events", "curve.json", "weights.safetensors"
+"""What lies in the folder of a training."""
+MADE = (
+    f"{CHECKPOINTS}/training-*.safetensors",
+    f"{CHECKPOINTS}/.training-*{TEMPORARY}",
+    f"{EVENTS}/events.out.tfevents.*",
+    CURVE,
+    WEIGHTS,
+    str(Path(WEIGHTS).with_suffix(".json")),
+)
+"""Files that trainings make."""
 LIMITS = (
     "Differential drives of the size and speed of a Turtlebot3, at 5 decisions a second.",
     "Alone it collides: whoever executes it needs the filter, which is what rules collisions out.",
@@ -47,7 +57,7 @@ class RunOptions:
     Attributes:
         name: What the policy is called on its card.
         command: What to type for the same training.
-        keep_every: Steps between checkpoints.
+        keep_every: Steps between checkpoints; 0: only one, in the end.
         check_every: Steps between checks in the paper's scenarios; 0: none.
     """
 
@@ -83,7 +93,7 @@ class TrainingRun:
         """
         self._folder = folder
         self._options = options
-        self._checkpoints = TrainingCheckpoints(folder / "checkpoints")
+        self._checkpoints = TrainingCheckpoints(folder / CHECKPOINTS)
         self.trainer = Trainer(settings, device)
         self.curve: list[dict[str, float]] = []
         self.torn: tuple[str, ...] = ()
@@ -101,9 +111,8 @@ class TrainingRun:
             File of the weights.
         """
         trainer = self.trainer
-        # TensorBoard hides what a run wrote after the checkpoint that it went on from.
-        purge = trainer.num_steps if self.curve else None
-        with SummaryWriter(str(self._folder / "events"), purge_step=purge) as writer:
+        # TensorBoard hides what a run wrote after the checkpoint that it goes on from, or before it had one.
+        with SummaryWriter(str(self._folder / EVENTS), purge_step=trainer.num_steps + 1) as writer:
             while not trainer.is_done:
                 before = trainer.num_steps
                 progress = trainer.advance()
@@ -120,10 +129,11 @@ class TrainingRun:
     def _go_on(self) -> None:
         restored = self._checkpoints.read()
         state = restored.state
-        if state["settings"] != json.dumps(self._plain, sort_keys=True):
+        kept = json.loads(state["settings"])
+        if kept != self._plain:
             raise InvalidInput(
                 f"{self._folder}: holds a training with other settings; choose another folder, or begin anew with "
-                "--is-fresh"
+                f"--is-fresh. There and here: {'; '.join(differences(kept, self._plain))}"
             )
         self.torn = restored.torn
         self.curve = state["curve"]
@@ -133,11 +143,12 @@ class TrainingRun:
         self._checkpoints.write(
             self.trainer.num_steps,
             {
-                "settings": json.dumps(self._plain, sort_keys=True),
+                "settings": json.dumps(self._plain),
                 "curve": [dict(point) for point in self.curve],
                 "trainer": self.trainer.state(),
             },
         )
+        write_atomically(self._folder / CURVE, (json.dumps(self.curve, indent=0) + "\n").encode())
 
     def _log(self, writer: SummaryWriter, num_steps: int, figures: Mapping[str, float]) -> None:
         self.curve.append({"num_steps": float(num_steps), **figures})
@@ -145,7 +156,7 @@ class TrainingRun:
             writer.add_scalar(name, value, num_steps)
 
     def _check(self) -> dict[str, float]:
-        """Drive the policy through the paper's scenarios, walls known."""
+        """Drive the policy through the paper's scenarios, behind the filter that it is trained with, if any."""
         weights = self._weights()
         settings = self.trainer.settings
         figures = {}
@@ -153,7 +164,7 @@ class TrainingRun:
             row = evaluate_policy(
                 lambda navigation: LearnedPolicy.of(weights, navigation),
                 load_scenario(name),
-                Filtering("ours", leg=settings.filtering.leg),
+                settings.filtering,
                 episodes=CHECK_EPISODES,
                 seed=CHECK_SEED,
                 layout=settings.layout,
@@ -178,12 +189,20 @@ class TrainingRun:
         return Weights(state, settings.layout, card)
 
     def _write_weights(self) -> Path:
-        path = self._folder / "weights.safetensors"
+        path = self._folder / WEIGHTS
         write_weights(path, self._weights())
-        write_atomically(
-            self._folder / "curve.json", (json.dumps(self.curve, indent=0) + "\n").encode()
-        )
         return path
+
+
+def clear(folder: Path) -> None:
+    """Delete what trainings have written to a folder, and nothing else.
+
+    Args:
+        folder: Of a training; it need not exist.
+    """
+    for pattern in MADE:
+        for path in folder.glob(pattern):
+            path.unlink()
 
 
 def _passes(before: int, after: int, every: int) -> bool:

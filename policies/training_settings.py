@@ -12,6 +12,10 @@ from envs.reward import RewardWeights
 from policies.curiosity import CuriositySettings
 from policies.filtering import Filtering
 from policies.ppo import PPOSettings
+from safefilter.errors import OutOfRange
+
+MAX_SEED = 2**63 - 1
+"""Torch and numpy both take it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +37,18 @@ class CourseSettings:
     has_deep_traps: bool = True
     map_steps: int = 800
     rollout_steps: int = 32
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            OutOfRange: If there is none of something, or one robot alone.
+        """
+        for field in ("num_worlds", "num_maps", "map_steps", "rollout_steps"):
+            if getattr(self, field) < 1:
+                raise OutOfRange(f"{field}: expected 1 or more, got {getattr(self, field)}")
+        if self.num_robots < 2:
+            raise OutOfRange(f"num_robots: expected 2 or more, got {self.num_robots}")
 
 
 USUAL_LAYOUT = ObservationLayout(has_memory=True)
@@ -67,3 +83,21 @@ class TrainingSettings:
     filtering: Filtering = USUAL_FILTERING
     ppo: PPOSettings = USUAL_PPO
     curiosity: CuriositySettings | None = None
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            OutOfRange: If there is no step or no unit, the seed cannot be one, or the filter is to answer late.
+        """
+        if not 0 <= self.seed <= MAX_SEED:
+            raise OutOfRange(f"seed: expected 0 to {MAX_SEED}, got {self.seed}")
+        if self.num_steps < 1:
+            raise OutOfRange(f"num_steps: expected 1 or more, got {self.num_steps}")
+        if min(self.hidden, default=1) < 1:
+            raise OutOfRange(f"hidden: expected widths of 1 or more, got {self.hidden}")
+        if self.filtering.late_steps != 0:
+            raise OutOfRange(
+                "filtering.late_steps: expected 0, as training waits for its filter, "
+                f"got {self.filtering.late_steps}"
+            )
