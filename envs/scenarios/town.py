@@ -38,13 +38,13 @@ NEAREST_GOAL = 2
 """Goals are at least so many cells away."""
 FURTHEST_GOAL = 6
 """Goals of robots that meet, or overtake, are at most so many cells away."""
-MEETING_SHARE = 0.7
+MEETING_SHARE = 0.6
 """Part of the draws that are for robots that meet: head-on, overtaking and at a crossing alike."""
 MAX_DRAWS = 50
 """Draws for robots that meet, until single ones fill the town up."""
 TIME_LIMIT = 200.0
 """In s. Of 320 shortest ways in held-out towns of eight robots, the longest takes 104 s at its robot's speed."""
-MOST_TRAPPED = 0.5
+MOST_TRAPPED = 0.4
 """Part of the robots, at most, on whose straight way to the goal a trap stands on purpose."""
 
 

@@ -26,7 +26,7 @@ THICKNESS = 0.15
 """Of walls, in m: more than a lidar of 360 beams needs at 3.5 m (`Lidar.least_thickness`: 0.086 m)."""
 BLOCK_SHARE = 0.15
 """Part of the cells that are built over, at most."""
-SQUARE_SHARE = 0.8
+SQUARE_SHARE = 0.5
 """Part of the maps of 4 by 4 cells or more that have an open square of four, with a trap in the middle."""
 
 
