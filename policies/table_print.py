@@ -13,6 +13,7 @@ from policies.table_rows import Entry, Outcome, interval_text, number, percent
 
 COLUMNS = (
     "success\n(%)",
+    "95 %\n",
     "social\n(%)",
     "hit\nrobots",
     "hit\nwalls",
@@ -46,19 +47,19 @@ def scenario_table(scenario: str, entries: Sequence[Entry]) -> Table:
         scenario: Name of it.
         entries: Rows.
     """
-    row = entries[0].row
     table = _empty(
-        f"{scenario}, {row.num_episodes} episodes and more",
-        "in brackets: 95 %; paper: success, social rules, time; gap: least free distance to robots",
+        f"{scenario}: {' or '.join(map(str, sorted({entry.row.num_episodes for entry in entries})))} episodes",
+        "shares of robots in %; paper: success, social rules, time; gap: least free distance to robots",
     )
     table.add_column("method", no_wrap=True)
     for header in COLUMNS:
-        table.add_column(header, justify="right")
+        table.add_column(header, justify="right", no_wrap=True)
     for entry in entries:
         row = entry.row
         table.add_row(
             entry.label,
-            f"{percent(row.success_rate)}\n{interval_text(row.success_interval)}",
+            percent(row.success_rate),
+            interval_text(row.success_interval),
             percent(row.social_success_rate),
             percent(row.collision_robot_rate, 2),
             percent(row.collision_obstacle_rate, 2),

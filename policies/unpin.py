@@ -16,7 +16,7 @@ import numpy as np
 
 from envs.world import World
 from policies.policy import Policy
-from safefilter.arrays import BoolArray, FloatArray, positive_number
+from safefilter.arrays import BoolArray, FloatArray, IntArray, positive_number
 from safefilter.errors import InvalidInput
 
 PINNED_DISTANCE = 0.02  # m
@@ -46,7 +46,12 @@ class Unpinned:
         self._policy = policy
         self._window = round(PINNED_TIME / dt)
         self._turn_steps, self._drive_steps = round(TURN_TIME / dt), round(DRIVE_TIME / dt)
-        self._begin((0, 0))
+        # Positions of the last steps; the cursor goes round.
+        self._past: FloatArray = np.zeros((self._window, 0, 0, 2))
+        self._cursor = 0
+        self._age: IntArray = np.zeros((0, 0), dtype=np.int64)
+        self._steps_left: IntArray = np.zeros((0, 0), dtype=np.int64)
+        self._side: FloatArray = np.ones((0, 0))
 
     def act(self, world: World, rng: np.random.Generator, /) -> FloatArray:
         """The policy's commands, but for robots that are on their way out, shape (W, N, 2).
@@ -75,9 +80,7 @@ class Unpinned:
         return commands
 
     def _begin(self, shape: tuple[int, ...]) -> None:
-        # Of the last steps, newest last but for the cursor, which goes round.
         self._past = np.zeros((self._window, *shape, 2))
-        self._cursor = 0
         self._age = np.zeros(shape, dtype=np.int64)
         self._steps_left = np.zeros(shape, dtype=np.int64)
         self._side = np.ones(shape)
