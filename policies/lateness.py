@@ -1,10 +1,10 @@
 """Lateness: what executes where a filter's answers come late, against what filters assume.
 
-Qin et al. explain their 2.7 % collisions with "insufficient real-time computational power". These are three ways to make
-that an experiment:
+Qin et al. explain their 2.7 % collisions with "insufficient real-time computational power". These are three ways to
+make that an experiment:
 
 * ``steps``: all answers come so many steps after their scene, and execute then; till the first one robots stand still.
-* ``share`` with ``repeats``: this part of the answers does not come in time, and the robot goes on with its last command.
+* ``share`` with ``repeats``: this part of the answers does not come in time, and the robot repeats its last command.
 * ``share`` without: its command has expired, and its watchdog stops it for that step. This is what our filter asks for:
   to stand still keeps every budget, so that nothing can collide.
 

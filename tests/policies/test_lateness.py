@@ -46,5 +46,5 @@ def test_which_answers_are_late_does_not_depend_on_the_batch() -> None:
 def test_answers_from_the_future_are_refused() -> None:
     with pytest.raises(OutOfRange, match="steps: expected 0 or more, got -1"):
         Lateness(steps=-1)
-    with pytest.raises(OutOfRange, match="share: expected a number from 0 to 1, got 1.5"):
+    with pytest.raises(OutOfRange, match=r"share: expected a number from 0 to 1, got 1\.5"):
         Lateness(share=1.5)
