@@ -17,7 +17,7 @@ from envs.rules import Rules
 from envs.world import World
 from policies.nh_orca import TIME_HORIZON, TRACKING_ERROR, orca_filter
 from safefilter.constraints.priority_orca import Leg, PriorityORCA
-from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.errors import InvalidInput
 from safefilter.kinematics.differential_drive import DifferentialDrive
 from safefilter.safety_filter import SafetyFilter
 
@@ -39,13 +39,11 @@ class Filtering:
     Attributes:
         kind: See the module docstring.
         walls: Are walls known from a map, or from the lidar alone?
-        late_steps: What executes was decided so many steps ago; see `policies.rollout.roll_out`.
         leg: Which leg of the velocity obstacle is taken from within it, see `PriorityORCA`.
     """
 
     kind: FilterKind = "ours"
     walls: WallSource = "map"
-    late_steps: int = 0
     leg: Leg = "nearest"
 
     def __post_init__(self) -> None:
@@ -53,7 +51,6 @@ class Filtering:
 
         Raises:
             InvalidInput: If a name is not one of those that there are.
-            OutOfRange: If the delay is below zero.
         """
         for field, names in (("kind", FilterKind), ("walls", WallSource), ("leg", Leg)):
             if getattr(self, field) not in get_args(names):
@@ -61,8 +58,6 @@ class Filtering:
                     f"{field}: expected one of {', '.join(get_args(names))}, "
                     f"got {getattr(self, field)!r}"
                 )
-        if self.late_steps < 0:
-            raise OutOfRange(f"late_steps: expected 0 or more, got {self.late_steps}")
 
     def rules(self, rules: Rules) -> Rules:
         """The rules of a scenario, with a lidar where walls are known from it.

@@ -16,6 +16,7 @@ from policies.checkpoint_errors import CheckpointMissing
 from policies.evaluation import PolicyFactory
 from policies.filtering import LITERAL, OFF, OURS, OURS_WITH_MAP, Filtering
 from policies.hybrid import Hybrid
+from policies.lateness import PUNCTUAL, Lateness
 from policies.learned_policy import LearnedPolicy
 from policies.nh_orca import NHORCA
 from policies.policy import Policy
@@ -31,8 +32,10 @@ RUNS = Path("runs")
 """Where `policies.train` leaves what it has trained."""
 SHIPPED = ("srl-orca", 1)
 """Training and seed of the weights that are shipped under the plain name."""
-LATE_STEPS = 2
-"""How late answers come in the trials of late answers, in steps: 0.4 s."""
+LATE_STEPS = 1
+"""How late all answers come in one trial of late answers, in steps: 0.2 s."""
+LATE_SHARE = 0.2
+"""Part of the answers that do not come in time in the other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +48,7 @@ class Method:
         driver: What proposes actions.
         filtering: What stands between it and the robots.
         training: Preset of `policies.train` whose weights drive; None: nothing is learnt.
+        lateness: How late the filter's answers come.
         is_unpinned: Is there a way out for robots held at a wall, see `policies.unpin`?
         about: What it is, in a sentence.
     """
@@ -54,6 +58,7 @@ class Method:
     driver: Driver
     filtering: Filtering
     training: str | None = None
+    lateness: Lateness = PUNCTUAL
     is_unpinned: bool = False
     about: str = ""
 
@@ -131,18 +136,39 @@ _ALL = (
         "srl-orca-literal-late",
         "literal, late",
         "learned",
-        replace(LITERAL, late_steps=LATE_STEPS),
+        LITERAL,
         "srl-orca",
-        about=f"The paper's filter, its answers {LATE_STEPS} steps late: how it explains its collisions.",
+        Lateness(share=LATE_SHARE, repeats=True),
+        about=f"The paper's filter; {LATE_SHARE:.0%} of its answers come too late, and the last command goes on.",
     ),
     Method(
         "srl-orca-late",
         "ours, late",
         "learned",
-        replace(_OURS, late_steps=LATE_STEPS),
+        _OURS,
         "srl-orca",
+        Lateness(share=LATE_SHARE),
         is_unpinned=True,
-        about=f"Our filter, its answers {LATE_STEPS} steps late: outside of what it guarantees.",
+        about="Ours with as many late answers: the last command has expired, and the watchdog stops the robot.",
+    ),
+    Method(
+        "srl-orca-literal-delayed",
+        "literal, delayed",
+        "learned",
+        LITERAL,
+        "srl-orca",
+        Lateness(steps=LATE_STEPS),
+        about=f"The paper's filter; what it decided {LATE_STEPS * 0.2:.1f} s ago executes now.",
+    ),
+    Method(
+        "srl-orca-delayed",
+        "ours, delayed",
+        "learned",
+        _OURS,
+        "srl-orca",
+        Lateness(steps=LATE_STEPS),
+        is_unpinned=True,
+        about="Ours with the same delay: outside of what it assumes, and nothing is guaranteed.",
     ),
     Method(
         "srl-orca-pinned",

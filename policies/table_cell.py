@@ -110,6 +110,7 @@ class Cell:
             episodes=self.episodes,
             seed=self.seed,
             layout=layout_of(weights),
+            lateness=self.method.lateness,
             fleet=Fleet.of(scenario.num_robots, priority=priority, kinematics="differential"),
         )
 

@@ -74,7 +74,7 @@ def record_episode(cell: Cell) -> Recording:
         policy_factory(cell.method, weights)(navigation),
         filtering.build(navigation.world, navigation.rules.dt),
         seed=cell.seed,
-        late_steps=filtering.late_steps,
+        lateness=cell.method.lateness,
     )
     return rollout.recording
 

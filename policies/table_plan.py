@@ -22,6 +22,8 @@ PLAN: dict[str, tuple[str, ...]] = {
     "srl-orca-off": TABLE_SCENARIOS,
     "srl-orca-literal-late": CROWDED,
     "srl-orca-late": CROWDED,
+    "srl-orca-literal-delayed": CROWDED,
+    "srl-orca-delayed": CROWDED,
     "srl-orca-pinned": ("n_c_o_intersection", "deep_traps", "town_held_out"),
     "srl-orca-nearest": ("passing", "overtaking"),
 }

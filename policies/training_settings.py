@@ -97,7 +97,7 @@ class TrainingSettings:
         """Check the values.
 
         Raises:
-            OutOfRange: If there is no step or no unit, the seed cannot be one, or the filter is to answer late.
+            OutOfRange: If there is no step, no unit, or the seed cannot be one.
         """
         if not 0 <= self.seed <= MAX_SEED:
             raise OutOfRange(f"seed: expected 0 to {MAX_SEED}, got {self.seed}")
@@ -105,8 +105,3 @@ class TrainingSettings:
             raise OutOfRange(f"num_steps: expected 1 or more, got {self.num_steps}")
         if min(self.hidden, default=1) < 1:
             raise OutOfRange(f"hidden: expected widths of 1 or more, got {self.hidden}")
-        if self.filtering.late_steps != 0:
-            raise OutOfRange(
-                "filtering.late_steps: expected 0, as training waits for its filter, "
-                f"got {self.filtering.late_steps}"
-            )

@@ -7,7 +7,7 @@ from envs import Fleet, Navigation, Rules
 from envs.scenarios import load_scenario
 from policies import StraightToGoal
 from policies.filtering import LITERAL, NUM_BEAMS, OFF, OURS, OURS_WITH_MAP, Filtering
-from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.errors import InvalidInput
 from safefilter.safety_filter import SafetyFilter
 
 
@@ -89,8 +89,3 @@ def test_walls_further_away_than_those_looked_at_change_no_decision(name: str) -
 def test_other_names_are_refused(field: str) -> None:
     with pytest.raises(InvalidInput, match=rf"{field}: expected one of .*, got 'sonar'"):
         Filtering(**{field: "sonar"})  # type: ignore[arg-type]  # refused at run time too
-
-
-def test_answers_from_the_future_are_refused() -> None:
-    with pytest.raises(OutOfRange, match="late_steps: expected 0 or more, got -1"):
-        Filtering(late_steps=-1)
