@@ -6,6 +6,7 @@ Letters: W worlds, N robots a world. SI units.
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,14 +19,15 @@ from envs.fleet import Fleet
 from envs.lidar import cast_beams
 from envs.observation import Observer
 from envs.observation_layout import ObservationLayout, Observations
-from envs.outcome import Outcome
+from envs.outcome import Outcome, empty_blocks
 from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
 from envs.sensing import Sensing
-from envs.step_kernel import Motion, step_worlds
-from envs.walls import WallMap
+from envs.step_kernel import Motion, StepInputs, step_worlds
+from envs.walls import WallArrays, WallMap
 from envs.world import World, over_worlds
 from safefilter.arrays import FloatArray, finite_array, frozen, require_positive
+from safefilter.batch.records import plain
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
 from safefilter.outlines import OwnWalls
@@ -89,6 +91,9 @@ class Navigation:
         self._cooperates = self.fleet.cooperative & ~self.world.person[0]
         self.observer = Observer(self.world, self.rules, layout, sensing)
         self._settings = self.rules.settings(drives=self.world.is_differential)
+        self._robots = self.world.arrays
+        self._kept_walls: WallArrays | None = None
+        self._kept_parts: tuple[Any, ...] = ()
         # Another moment's walls: nothing is kept yet.
         self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
@@ -138,21 +143,16 @@ class Navigation:
         """
         world = self.world
         action = finite_array(actions, "actions", world.position.shape)
-        outcome = Outcome.empty(world.num_worlds, world.num_robots)
+        blocks = empty_blocks(world.num_worlds, world.num_robots)
         if self._crowd is not None:
             self._walk(self._crowd, action)
-        step = partial(
-            step_worlds,
-            action=action,
-            robots=world.arrays,
-            cooperates=self._cooperates,
-            walls=world.walls.arrays,
-            settings=self._settings,
-            motion=self._motion,
-            contacts=outcome.contacts.arrays,
-            outcome=outcome.arrays,
+        parts, written = self._parts(), tuple(blocks)
+        over_worlds(
+            lambda first, last: step_worlds(first, last, action, parts, written),
+            world.num_worlds,
+            world.num_robots,
         )
-        over_worlds(step, world.num_worlds, world.num_robots)
+        outcome = Outcome.of(blocks)
         self.observer.update()
         self.observer.restart(outcome.reborn)
         return outcome
@@ -205,6 +205,16 @@ class Navigation:
         """Time since the reset of each world, shape (W,), in s."""
         return self.world.step_count.astype(np.float64) * self.rules.dt
 
+    def _parts(self) -> tuple[Any, ...]:
+        """What steps go by, as kernels take it in the least time; kept as long as no wall changes."""
+        walls = self.world.walls.arrays
+        if self._kept_walls is not walls:
+            self._kept_walls = walls
+            self._kept_parts = plain(
+                StepInputs(self._robots, self._cooperates, walls, self._settings, self._motion)
+            )
+        return self._kept_parts
+
     def _scene(
         self, worlds: slice, numbers: npt.NDArray[np.int64], actions: FloatArray | None
     ) -> Scene:
@@ -247,7 +257,7 @@ class Navigation:
         walk = partial(
             walk_worlds,
             action=action,
-            robots=world.arrays,
+            robots=self._robots,
             walls=world.walls.arrays,
             gait=self._gait,
             settings=crowd.settings,
