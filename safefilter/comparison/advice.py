@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from safefilter.comparison.contender import Contender
 from safefilter.comparison.measures import Measures, judged, measures_of
-from safefilter.comparison.problem import ProblemSet
+from safefilter.comparison.problem import OTHERS, PLANE, ProblemSet, groups_of
 from safefilter.comparison.runner import Comparison
 from safefilter.comparison.worker import Mode
 
@@ -25,6 +25,9 @@ RULES = (
 )
 
 
+QUESTIONS = {PLANE: "robots in the plane", OTHERS: "actions in other dimensions"}
+
+
 class Standing(NamedTuple):
     """A contender, and what its attempts in sequence at some problems come to."""
 
@@ -36,12 +39,14 @@ class Advice(NamedTuple):
     """Answer to one question.
 
     Attributes:
+        kind: Kind of problems, `PLANE` or `OTHERS`.
         question: What is asked.
         answer: In a sentence.
         best: The contender named, or None.
         standings: All contenders that take these problems, the best first.
     """
 
+    kind: str
     question: str
     answer: str
     best: Contender | None
@@ -50,16 +55,12 @@ class Advice(NamedTuple):
 
 def advice_of(comparison: Comparison, budget: float) -> tuple[Advice, ...]:
     """Answer the questions that the problems allow."""
-    plane = [problems for problems in comparison.sets if problems.dimensions == (2,)]
-    others = [problems for problems in comparison.sets if problems.dimensions != (2,)]
-    found = []
-    for words, sets in (("robots in the plane", plane), ("actions in other dimensions", others)):
-        if not sets:
-            continue
+    found: list[Advice] = []
+    for kind, sets in groups_of(comparison.sets).items():
         standings = standings_of(comparison, sets, budget)
         found += [
-            _through_filter(words, standings, budget),
-            _alone(words, standings),
+            _through_filter(kind, standings, budget),
+            _alone(kind, standings),
         ]
     return tuple(found)
 
@@ -84,8 +85,8 @@ def standings_of(
     )
 
 
-def _through_filter(words: str, standings: tuple[Standing, ...], budget: float) -> Advice:
-    question = f"Through the filter, for {words}"
+def _through_filter(kind: str, standings: tuple[Standing, ...], budget: float) -> Advice:
+    question = f"Through the filter, for {QUESTIONS[kind]}"
     fit = [
         standing
         for standing in standings
@@ -95,17 +96,18 @@ def _through_filter(words: str, standings: tuple[Standing, ...], budget: float) 
     ]
     if not fit:
         return Advice(
+            kind,
             question,
             f"None decides 99 % of the problems itself within {1e3 * budget:g} ms.",
             None,
             standings,
         )
     best = _fastest(fit)
-    return Advice(question, _sentence(best, fit), best.contender, standings)
+    return Advice(kind, question, _sentence(best, fit), best.contender, standings)
 
 
-def _alone(words: str, standings: tuple[Standing, ...]) -> Advice:
-    question = f"Without the filter's check, for {words}"
+def _alone(kind: str, standings: tuple[Standing, ...]) -> Advice:
+    question = f"Without the filter's check, for {QUESTIONS[kind]}"
     fit = [
         standing
         for standing in standings
@@ -113,12 +115,13 @@ def _alone(words: str, standings: tuple[Standing, ...]) -> Advice:
     ]
     if fit:
         best = _fastest(fit)
-        return Advice(question, _sentence(best, fit), best.contender, standings)
+        return Advice(kind, question, _sentence(best, fit), best.contender, standings)
     best = max(
         standings,
         key=lambda one: (_number(one.measures.verified_safe), _number(one.measures.case_agreement)),
     )
     return Advice(
+        kind,
         question,
         f"None: the best, {best.contender.title}, is unsafe or silent in "
         f"{1.0 - best.measures.verified_safe:.1%} of the problems.",

@@ -62,7 +62,7 @@ RECIPES: Mapping[str, Recipe] = {
     ),
     "case_2": Recipe(
         "Random rows that leave room of 5 % of v_max or more; the wanted velocity is outside.",
-        lambda rng: make_plane.case_2(rng, 22),
+        lambda rng: make_plane.case_2(rng, 20),
     ),
     "barely_feasible": Recipe(
         "Sets whose inner radius is 1e-3 to 1e-9 of v_max: triangles, a slab, a needle.",

@@ -21,6 +21,11 @@ from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 
 
+# Kinds of sets: the built-in solver works in the plane.
+PLANE = "all in the plane"
+OTHERS = "all in other dimensions"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
     """Rows, and the action wanted.
@@ -195,3 +200,12 @@ class ProblemSet:
                 if number in self.truths
             },
         )
+
+
+def groups_of(sets: Sequence[ProblemSet]) -> dict[str, list[ProblemSet]]:
+    """Sets by kind: in the plane, where the built-in solver works, and others; kinds without a set are left out."""
+    groups = {
+        PLANE: [problems for problems in sets if problems.dimensions == (2,)],
+        OTHERS: [problems for problems in sets if problems.dimensions != (2,)],
+    }
+    return {name: group for name, group in groups.items() if group}

@@ -49,11 +49,13 @@ class Plan(NamedTuple):
         rounds: Rounds in sequence; there is one cold round.
         time_limit: Seconds that a decision may take.
         loop_steps: Steps of each crossing at most; 0 for none.
+        has_all_loops: Does every setting of a backend cross, trusted? The first one only otherwise.
     """
 
     rounds: int = 3
     time_limit: float = 5.0
     loop_steps: int = LOOP_STEPS
+    has_all_loops: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -237,7 +239,8 @@ class _Run:
         # Verified, all settings are one: the filter asks for its own.
         names = dict.fromkeys(contender.backend for contender in self._contenders)
         one = {name: next(c for c in self._contenders if c.backend == name) for name in names}
-        tasks: list[tuple[Task, bool]] = [(Drive(c, False, steps), True) for c in self._contenders]
+        trusted = self._contenders if self._plan.has_all_loops else tuple(one.values())
+        tasks: list[tuple[Task, bool]] = [(Drive(c, False, steps), True) for c in trusted]
         return tasks + [(Drive(contender, True, steps), True) for contender in one.values()]
 
     def _turned(self, turn: int) -> tuple[Contender, ...]:
