@@ -10,6 +10,7 @@ one.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from envs.table_row import TableRow
 from policies.atomic_file import write_atomically
+from policies.checkpoint_errors import CheckpointMissing
 from policies.evaluation import run_episodes
 from policies.filtering import OFF, OURS, OURS_WITH_MAP, Filtering
 from policies.foreign_policy import load_foreign
@@ -38,6 +40,7 @@ from policies.table_run import open_cells, run_cells
 from policies.table_scenarios import find_scenario
 from safefilter.errors import OutOfRange, SafeFilterError
 
+USUAL_TRAININGS = (1, 2, 3)
 FILTERINGS: dict[str, Filtering] = {"off": OFF, "map": OURS_WITH_MAP, "lidar": OURS}
 
 
@@ -51,11 +54,11 @@ class Settings:
         scenario: Scenarios of the library, town_held_out, corridor, or files.
         episodes: Episodes of each cell.
         seed: Of the episodes.
-        training_seeds: Of the policies that are learnt.
+        training_seeds: Of the policies that are learnt; without any those of 1, 2 and 3 that there are.
         json: File for the rows.
         out: Folder for cells that are done, and for table and pictures of all.
         weights: Folder of weights.
-        processes: Processes that share the work.
+        processes: Processes that share the work, by default one a core.
         docs: A page to fill the table into, between its marks.
         pictures: Draw pictures with the whole table?
         policy: A policy of elsewhere instead: package.module:callable, or a file .onnx or .zip.
@@ -69,11 +72,11 @@ class Settings:
     scenario: tuple[str, ...] = ("crossroad",)
     episodes: int = 1000
     seed: int = 0
-    training_seeds: tuple[int, ...] = (1, 2, 3)
+    training_seeds: tuple[int, ...] = ()
     json: Path | None = None
     out: Path = Path("out/table")
     weights: Path = WEIGHTS
-    processes: int = 2
+    processes: int = os.cpu_count() or 1
     docs: Path | None = None
     pictures: bool = True
     policy: str | None = None
@@ -106,7 +109,8 @@ def main(settings: Settings, console: Console, command: str) -> int:
         METHODS["nh-orca"], "", settings.episodes, settings.seed, weights=settings.weights
     )
     cells, missing = _cells(settings, template)
-    norm_3 = priority_cells(template, settings.training_seeds) if settings.all else []
+    seeds = settings.training_seeds or USUAL_TRAININGS
+    norm_3 = priority_cells(template, seeds) if settings.all else []
     norm_3, _ = without_missing(norm_3)
     for reason in missing:
         console.print(f"[yellow]Left out:[/] {reason}", highlight=False)
@@ -132,26 +136,30 @@ def _cells(settings: Settings, template: Cell) -> tuple[list[Cell], list[str]]:
     """Cells to run, and why others are left out.
 
     Raises:
-        CheckpointMissing: If weights of a method that was asked for by name are not there.
+        CheckpointMissing: If weights of a training that was asked for are not there, or none of a method.
     """
+    seeds = settings.training_seeds or USUAL_TRAININGS
     if settings.all:
-        return without_missing(planned_cells(template, settings.training_seeds))
-    cells = [
-        cell
-        for scenario in settings.scenario
-        for name in settings.method
-        for cell in cells_of(template, find_method(name).name, scenario, settings.training_seeds)
-    ]
-    for cell in cells:
-        find_scenario(cell.scenario)
-        cell.read_weights()
-    return cells, []
+        return without_missing(planned_cells(template, seeds))
+    cells, missing = [], []
+    for scenario in settings.scenario:
+        find_scenario(scenario)
+        for name in settings.method:
+            wanted = list(cells_of(template, find_method(name).name, scenario, seeds))
+            found, reasons = without_missing(wanted)
+            if reasons and (settings.training_seeds or not found):
+                raise CheckpointMissing("; ".join(reasons))
+            cells += found
+            missing += reasons
+    return cells, list(dict.fromkeys(missing))
 
 
 def _run(cells: Sequence[Cell], folder: CellFolder, processes: int, console: Console) -> None:
     waiting = open_cells(cells, folder)
     done = len(set(cells)) - len(waiting)
     console.print(f"{len(set(cells))} cells, {done} of them done before", highlight=False)
+    if waiting:
+        console.print("compiling the kernels (a minute, once; they are kept on disk) ...")
     columns = (
         TextColumn("{task.description:<44}"),
         BarColumn(),

@@ -145,7 +145,7 @@ class CellFolder:
                 return RobotResults(**{
                     field.name: arrays[field.name] for field in fields(RobotResults)
                 })
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
             raise InvalidInput(f"{path}: cannot be read, delete it: {error}") from error
 
     def write(self, cell: Cell, results: RobotResults) -> None:

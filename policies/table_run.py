@@ -7,13 +7,15 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from multiprocessing.connection import wait
 
 import numba
 
 from policies.table_cell import Cell, CellFolder
-from safefilter.errors import OutOfRange
+from safefilter.errors import InvalidInput, OutOfRange
 
+SHORT_SCENARIO = "overtaking"
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Each process has a core to itself: threads of its own would take those of the others."""
 
@@ -54,6 +56,7 @@ def run_cells(
             compute_cell(cell, folder)
             report(cell)
         return
+    _compile(cells)
     # Fresh processes: forked ones would share the state of thread pools that do not survive it.
     context = multiprocessing.get_context("spawn")
     before = {name: os.environ.get(name) for name in ONE_THREAD}
@@ -75,9 +78,27 @@ def run_cells(
                 os.environ[name] = value
 
 
+def _compile(cells: Sequence[Cell]) -> None:
+    """Drive each kind of cell a little, so that all kernels are compiled, and kept on disk.
+
+    Processes that compile one kernel for different types at the same time can swap each other's files.
+    """
+    kinds = {(cell.method.driver, cell.method.filtering): cell for cell in cells}
+    for cell in kinds.values():
+        replace(cell, scenario=SHORT_SCENARIO, priority=None, episodes=2).compute()
+
+
 def compute_cell(cell: Cell, folder: CellFolder) -> None:
-    """Compute a cell and keep it."""
-    folder.write(cell, cell.compute())
+    """Compute a cell and keep it.
+
+    Raises:
+        InvalidInput: If its weights, or the code, were changed meanwhile: nobody knows then what was computed.
+    """
+    before = folder.file_of(cell)
+    results = cell.compute()
+    if folder.file_of(cell) != before:
+        raise InvalidInput(f"{cell.title}: weights were changed while it was computed; run again")
+    folder.write(cell, results)
 
 
 def _begin_worker() -> None:
