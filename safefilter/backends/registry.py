@@ -112,7 +112,9 @@ def make_backend(name: str, *, tolerance: float | None) -> Backend:
     if family in FAMILIES:
         module = _load(name, FAMILIES[family])
         if solver in module.installed_solvers():
-            of_family: Callable[[str, float | None], Backend] = getattr(module, FAMILIES[family].maker)
+            of_family: Callable[[str, float | None], Backend] = getattr(
+                module, FAMILIES[family].maker
+            )
             return of_family(solver, accuracy)
         if solver in module.SOLVERS:
             raise BackendNotInstalled(_what_to_install(name, module.SOLVERS[solver].package))

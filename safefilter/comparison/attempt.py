@@ -2,8 +2,8 @@
 
 Two answers are judged. The *raw* one is what the solver says, as a program that trusts it would take it: the point of
 Case-2's program if it names one, otherwise that of Case-3's. The *verified* one is what the filter makes of the same
-solves: polished on its active rows, certified, or refused; a refusal is answered by another solver, so it costs time and
-never safety.
+solves: polished on its active rows, certified, or refused; a refusal is answered by another solver, so it costs time
+and never safety.
 
 Letters: n variables, m rows, d dimensions. Everything in the unit of the action; times in s.
 """
@@ -191,7 +191,9 @@ def judge(timed: Timed, problem: Problem, truth: Truth | None, made: float) -> A
     if isinstance(answer.cause, UnsupportedProgram):
         return Attempt(Fate.UNSUPPORTED)
     raw = raw_answer(timed.seen, problem.dimension, accuracy)
-    verified = answer.velocity if answer.fault == Fault.NONE else np.full_like(problem.wanted, np.nan)
+    verified = (
+        answer.velocity if answer.fault == Fault.NONE else np.full_like(problem.wanted, np.nan)
+    )
     in_solver = sum(asked.solution.solve_time for asked in timed.seen)
     building = sum(asked.solution.build_time for asked in timed.seen)
     return Attempt(

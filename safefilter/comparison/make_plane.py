@@ -91,9 +91,10 @@ def barely(rng: np.random.Generator, sign: float) -> list[Problem]:
             centre = V_MAX * rng.uniform(-0.4, 0.4, 2)
             # Others keep away, so that these decide.
             others = directions(rng.uniform(0.0, 2.0 * np.pi, 4))
-            offsets = np.concatenate(
-                [normals @ centre + sign * margin * V_MAX, others @ centre - 0.3 * V_MAX]
-            )
+            offsets = np.concatenate([
+                normals @ centre + sign * margin * V_MAX,
+                others @ centre - 0.3 * V_MAX,
+            ])
             wanted = V_MAX * directions(rng.uniform(0.0, 2.0 * np.pi))
             rows = np.concatenate([normals, others])
             problems.append(in_polygon(f"{way} {margin:g}", wanted, rows, offsets))

@@ -1,7 +1,8 @@
 """Make the problem sets that come with the package: ``python -m safefilter.comparison.make_problems``.
 
 The same seed makes the same files, bit for bit, on the same machine and versions; on others the last bits of sines may
-differ. Right answers are found in rational arithmetic and written beside the problems: for 50 variables that takes a minute.
+differ. Right answers are found in rational arithmetic and written beside the problems: for 50 variables that takes a
+minute.
 """
 
 from __future__ import annotations
@@ -118,7 +119,8 @@ def make_set(name: str, seed: int = SEED) -> ProblemSet:
     rng = np.random.default_rng([seed, SHIPPED.index(name)])
     problems = tuple(recipe.make(rng))
     truths = {
-        number: truth_of(problem, accuracy_of(problem.scale)) for number, problem in enumerate(problems)
+        number: truth_of(problem, accuracy_of(problem.scale))
+        for number, problem in enumerate(problems)
     }
     return ProblemSet(name, recipe.description, recipe.unit, problems, truths)
 
@@ -134,7 +136,9 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     unknown = set(options.names) - set(SHIPPED)
     if unknown:
-        parser.error(f"no set is called {', '.join(sorted(unknown))}; there are {', '.join(SHIPPED)}")
+        parser.error(
+            f"no set is called {', '.join(sorted(unknown))}; there are {', '.join(SHIPPED)}"
+        )
     options.folder.mkdir(parents=True, exist_ok=True)
     for name in options.names or SHIPPED:
         problems = make_set(name, options.seed)

@@ -1,7 +1,7 @@
 """Measures: what a contender's attempts come to.
 
-Rates are shares of the problems that they are about; a rate of nothing is NaN. Violations, distances and gaps are relative to
-the largest action, v_max for robots, unless a name says otherwise. Times in s.
+Rates are shares of the problems that they are about; a rate of nothing is NaN. Violations, distances and gaps are
+relative to the largest action, v_max for robots, unless a name says otherwise. Times in s.
 """
 
 from __future__ import annotations
@@ -117,9 +117,7 @@ def judged(
         attempts = comparison.attempts.get((contender, mode, problems.name), ())
         for place, attempt in enumerate(attempts):
             number = place % len(problems)
-            found.append(
-                Judged(attempt, problems.problems[number], problems.truths.get(number))
-            )
+            found.append(Judged(attempt, problems.problems[number], problems.truths.get(number)))
     return found
 
 
@@ -153,9 +151,7 @@ def measures_of(all_attempts: Sequence[Judged], budget: float) -> Measures:
         suboptimality=_most(_relative(one, "longer") for one in back),
         least_gap=_most(abs(_relative(one, "least_gap")) for one in back),
         cut=_most(_relative(one, "cut") for one in back),
-        complementarity=_most(
-            one.attempt.complementarity / one.problem.scale**2 for one in back
-        ),
+        complementarity=_most(one.attempt.complementarity / one.problem.scale**2 for one in back),
         stationarity=_most(_relative(one, "stationarity") for one in back),
         verified_wrong=_count(known, is_wrong_though_verified),
         verified_off=_most(_relative(one, "verified_off") for one in back),

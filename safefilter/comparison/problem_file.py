@@ -7,9 +7,10 @@ The first line is an object that says what follows; each further line is one pro
     {"sequence": "robot 3", "scale": 0.2, "radius": 0.2, "padding": 0, "wanted": [0.2, 0],
      "rows": [[0.6, 0.8, 0.1], ...], "hard": [0, ...], "answer": {"case": 2, "margin": -0.1, "point": [0.1, 0.05]}}
 
-A row is its unit normal and then its offset: ``normal @ v >= offset``. ``hard`` is 1 for rows that are never given up. Rows
-that all problems begin with, such as the polygon of allowed velocities, stand in the first line once. ``radius`` is null if
-nothing bounds the actions; ``padding`` and ``answer`` may be missing. Numbers are written so that the same float64 is read back.
+A row is its unit normal and then its offset: ``normal @ v >= offset``. ``hard`` is 1 for rows that are never given
+up. Rows that all problems begin with, such as the polygon of allowed velocities, stand in the first line once.
+``radius`` is null if nothing bounds the actions; ``padding`` and ``answer`` may be missing. Numbers are written so
+that the same float64 is read back.
 
 A line that was cut off at the very end, because the recording process died, is left out when reading.
 """
@@ -92,7 +93,9 @@ def read_problems(path: Path) -> ProblemSet:
         raise InvalidInput(f"{path}: expected a readable file of problems: {error}") from None
     *lines, rest = text.split("\n")
     if not lines:
-        raise InvalidInput(f"{path}: expected a first line that says what follows, got {rest[:80]!r}")
+        raise InvalidInput(
+            f"{path}: expected a first line that says what follows, got {rest[:80]!r}"
+        )
     head = _object(path, 1, lines[0])
     if head.get("format") != FORMAT or head.get("version") != VERSION:
         raise InvalidInput(

@@ -10,13 +10,13 @@ Needs the extra ``testing``. For example, that your settings keep your robots ap
 
 from __future__ import annotations
 
+from safefilter.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
 from safefilter.testing.backend_contract import (
     BACKEND_CHECKS,
     CONTRACT_TOLERANCE,
     ContractBroken,
     backend_contract,
 )
-from safefilter.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
 from safefilter.testing.faults import FAULTS, FAULTS_IN_A_PROCESS
 from safefilter.testing.invariants import (
     Collision,

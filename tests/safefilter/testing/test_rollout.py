@@ -9,8 +9,8 @@ from hypothesis.vendor.pretty import pretty
 
 import safefilter as sf
 from safefilter.arrays import FloatArray
-from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.closest_approach import pairs_within
+from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.testing.policies import GoalSeeking, Mixed, Ramming, UniformRandom
 from safefilter.testing.rollout import Trial, closed_loop, passive_velocity
 from safefilter.testing.strategies import actions, scenes, trials
