@@ -35,10 +35,10 @@ FILE_WIDTH = 220
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Which solver should I use, and at what setting? Compares all solvers that are installed on problems of the filter."""
+    """Which solver should I use, and at what setting? Compares solvers on the problems of a safety filter."""
 
     problems: tuple[Path, ...] = ()
-    """Files of your own, as SafeAction(..., record=FILE) writes them, in place of the sets that come with the package."""
+    """Files of your own, as SafeAction(..., record=FILE) writes them, in place of the sets of the package."""
     sets: tuple[str, ...] = ()
     """Names of sets that come with the package; all if none is named."""
     backends: tuple[str, ...] = ()
@@ -100,7 +100,11 @@ def compare(options: Options, console: Console) -> Summary:
             lambda done, total, title: status.update(f"{done} of {total}: {title}"),
         )
     summary = Summary.of(comparison, options.budget)
-    for path, write in ((options.json, write_json), (options.csv, write_csv), (options.html, write_report)):
+    for path, write in (
+        (options.json, write_json),
+        (options.csv, write_csv),
+        (options.html, write_report),
+    ):
         if path is not None:
             write(path, summary)
             console.print(f"wrote {path}")

@@ -1,4 +1,7 @@
-"""A summary as JSON and as CSV. Times in s, violations relative to the largest action unless the name says otherwise."""
+"""A summary as JSON and as CSV.
+
+Times in s, violations relative to the largest action unless the name says otherwise.
+"""
 
 from __future__ import annotations
 
