@@ -77,20 +77,23 @@ class TownMap:
             and self.is_street[behind]
         ]
 
-    def arms(self, middle: int) -> list[list[int]]:
-        """Cells straight on from a cell, one or two in each open direction, from near to far.
+    def arms(self, middle: int) -> dict[int, int]:
+        """Streets straight on from a cell in each open direction: the second cell, if it can be, or else the next.
 
         Args:
             middle: Number of the cell.
+
+        Returns:
+            Cells by direction, in quarter turns from the east.
         """
-        arms = []
+        arms: dict[int, int] = {}
         for quarter in (EAST, NORTH, WEST, SOUTH):
-            near = cell_beside(middle, quarter, self.size)
-            if near is None or self.hops[middle, near] != 1.0:
-                continue
-            far = cell_beside(near, quarter, self.size)
-            has_far = far is not None and self.hops[near, far] == 1.0 and self.is_street[far]
-            arms.append([near, far] if far is not None and has_far else [near])
+            cell = middle
+            for _ in range(2):
+                beside = cell_beside(cell, quarter, self.size)
+                if beside is None or self.hops[cell, beside] != 1.0 or not self.is_street[beside]:
+                    break
+                arms[quarter] = cell = beside
         return arms
 
     def way(self, start: int, goal: int) -> list[int]:
