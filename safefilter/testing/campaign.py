@@ -18,7 +18,7 @@ from safefilter.safety_filter import TOLERANCE, SafetyFilter
 from safefilter.scene import Scene
 from safefilter.testing.crowds import random_crowd
 from safefilter.testing.policies import GoalSeeking, Mixed, Policy, Ramming, UniformRandom
-from safefilter.testing.rollout import Trial, closed_loop
+from safefilter.testing.rollout import Trial, roll_out
 from safefilter.testing.tally import NOTHING, Tally
 
 DT = 0.2
@@ -90,7 +90,7 @@ def drive(
     """
     tally = NOTHING
     for setting in settings(seed, robot_steps):
-        for step in closed_loop(make_filter(setting), setting.trial):
+        for step in roll_out(make_filter(setting), setting.trial):
             tally += Tally.of(step)
             watch(tally)
         if tally.robot_steps >= robot_steps:

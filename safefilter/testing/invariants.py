@@ -5,16 +5,18 @@ Letters: N robots, B decisions. m, m/s, s.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray
+from safefilter.arrays import FloatArray, array_code
+from safefilter.closest_approach import Approach
 from safefilter.decision import Case, Decision
-from safefilter.half_spaces import HalfSpaces
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
-from safefilter.testing.reproduction import array_code, scene_code
-from safefilter.testing.rollout import Step, Trial, closed_loop
+from safefilter.testing.reproduction import decision_code
+from safefilter.testing.rollout import Step, Trial, roll_out
 from safefilter.testing.tally import NOTHING, Tally
 
 # Both robots compute the change from the same numbers with opposite signs, so only roundings of offsets are left.
@@ -22,7 +24,7 @@ SHARE_TOLERANCE = 1e-12
 
 
 class Collision(AssertionError):
-    """Two robots came into contact."""
+    """Two robots, or a robot and a wall, came into contact."""
 
 
 class NotCertified(AssertionError):
@@ -37,20 +39,24 @@ def assert_collision_free(safety_filter: SafetyFilter, trial: Trial) -> Tally:
     """Drive robots through a filter, and check every instant of every step with formulas that are not the filter's.
 
     Args:
-        safety_filter: The filter; its `Separation` has the trial's ``dt``, its kinematics the trial's ``v_max``.
+        safety_filter: The filter; its `Separation` has the trial's ``dt``, its kinematics the trial's ``v_max``, and
+            ``omega_max`` if it has one.
         trial: Robots, policy and duration.
 
     Returns:
         What happened: steps, cases, faults, least clearance.
 
     Raises:
-        Collision: At the first contact of robots that were apart at the start, one of them cooperative.
+        Collision: At the first contact of robots that were apart at the start, one of them cooperative, or of a
+            cooperative one with a wall.
         NotCertified: If an executed action is not certified.
     """
     tally = NOTHING
-    for step in closed_loop(safety_filter, trial):
+    for step in roll_out(safety_filter, trial):
         if step.approach.collided.any():
             raise Collision(_collision_text(step, trial))
+        if step.wall_approach.collided.any():
+            raise Collision(_wall_text(step, trial))
         if step.decision is not None and not step.decision.certified.all():
             robots = step.decision.index[~step.decision.certified].tolist()
             raise NotCertified(
@@ -92,11 +98,9 @@ def assert_certified(
                 f"robot {decision.index[k]}, {Case(int(decision.case[k])).name}: {reason}\n"
                 f"  executed {decision.action[k].tolist()}, solved {decision.velocity[k].tolist()} m/s, "
                 f"fault {decision.fault_names[k]}, backend {decision.backend!r}\n"
-                f"to repeat it:\n"
-                f"  scene = {scene_code(scene)}\n"
-                f"  action = np.array({array_code(given)}, dtype=np.{given.dtype})\n"
-                f"  decision = safety_filter.decide(scene, action, {decision.index.tolist()})\n"
-                f"  assert_certified(safety_filter, scene, action, decision, exact={exact})"
+                + decision_code(
+                    scene, given, decision.index, "assert_certified", f", exact={exact}"
+                )
             )
 
 
@@ -127,9 +131,7 @@ def assert_priority_allocation(
     Raises:
         WrongAllocation: If a pair does not.
     """
-    robots = np.flatnonzero(scene.cooperative)
-    rows = safety_filter.half_spaces(scene, action)
-    parts = _orca_rows(rows, robots)
+    parts = orca_rows(safety_filter, scene, action)
     num_pairs = 0
     for (i, j), (normal, offset) in parts.items():
         if i > j or (j, i) not in parts:
@@ -146,7 +148,7 @@ def assert_priority_allocation(
             )
         if complaint:
             raise WrongAllocation(
-                f"robots {i} and {j}: {complaint}\nto repeat it:\n  scene = {scene_code(scene)}\n"
+                f"robots {i} and {j}: {complaint}\nto repeat it:\n  scene = {scene!r}\n"
                 f"  assert_priority_allocation(safety_filter, scene, {array_code(np.asarray(action))}, "
                 f"v_opt=np.array({array_code(v_opt)}))"
             )
@@ -154,14 +156,25 @@ def assert_priority_allocation(
     return num_pairs
 
 
-def _orca_rows(
-    rows: HalfSpaces, robots: npt.NDArray[np.int64]
-) -> dict[tuple[int, int], tuple[FloatArray, float]]:
-    """Normal and offset of each Priority-ORCA row, by (whose, against whom)."""
+class PairRows(NamedTuple):
+    """The half-plane of one robot against another: ``normal @ v >= offset``, in m/s."""
+
+    normal: FloatArray
+    offset: float
+
+
+def orca_rows(
+    safety_filter: SafetyFilter, scene: Scene, action: npt.ArrayLike
+) -> dict[tuple[int, int], PairRows]:
+    """Rows of `PriorityORCA` of all robots that cooperate, by (whose, against whom)."""
+    robots = np.flatnonzero(scene.cooperative)
+    rows = safety_filter.half_spaces(scene, action)
     source = rows.sources.index("priority_orca")
     found = rows.present & (rows.labels[:, :, 0] == source)
     return {
-        (int(robots[b]), int(rows.labels[b, m, 1])): (rows.normals[b, m], float(rows.offsets[b, m]))
+        (int(robots[b]), int(rows.labels[b, m, 1])): PairRows(
+            rows.normals[b, m], float(rows.offsets[b, m])
+        )
         for b, m in np.argwhere(found)
     }
 
@@ -178,15 +191,33 @@ def _allocation_complaint(own: float, other: float, priority: float, other_prior
     return ""
 
 
+def _wall_text(step: Step, trial: Trial) -> str:
+    k, how = _deepest(step.wall_approach, step.number)
+    robot, wall = int(step.wall_pairs.first[k]), int(step.wall_pairs.second[k])
+    ends = step.scene.walls[wall, :4].reshape(2, 2).tolist()
+    return (
+        f"robot {robot} and wall {wall} from {ends[0]} to {ends[1]} m {how}\n"
+        f"  velocity {step.velocity[robot].tolist()} m/s\n{_repeat(trial)}"
+    )
+
+
 def _collision_text(step: Step, trial: Trial) -> str:
-    least = np.where(step.approach.collided, step.approach.least, np.inf)
-    k = int(least.argmin())
+    k, how = _deepest(step.approach, step.number)
     i, j = int(step.pairs.first[k]), int(step.pairs.second[k])
     return (
-        f"robots {i} and {j} collide in step {step.number}: {-1e3 * least[k]:.6g} mm deep at "
-        f"{step.approach.fraction[k]:.3f} of the step, from {1e3 * step.approach.start[k]:.6g} mm apart\n"
+        f"robots {i} and {j} {how}\n"
         f"  velocities {step.velocity[i].tolist()} and {step.velocity[j].tolist()} m/s, "
         f"cooperative {bool(step.scene.cooperative[i])} and {bool(step.scene.cooperative[j])}\n{_repeat(trial)}"
+    )
+
+
+def _deepest(approach: Approach, number: int) -> tuple[int, str]:
+    """The pair that collides deepest, and how."""
+    least = np.where(approach.collided, approach.least, np.inf)
+    k = int(least.argmin())
+    return k, (
+        f"collide in step {number}: {-1e3 * least[k]:.6g} mm deep at "
+        f"{approach.fraction[k]:.3f} of the step, from {1e3 * approach.start[k]:.6g} mm apart"
     )
 
 

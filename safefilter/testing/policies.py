@@ -1,4 +1,4 @@
-"""Policies that know nothing of safety, for robots to be driven with: random, ramming, goal-seeking, and a mix.
+"""Policies that know nothing of safety, for robots to be driven with: random, ramming, goal-seeking, senseless, mixed.
 
 Each takes what the scene shows and the robots' own top speeds, and proposes a velocity for every robot. They are
 records without memory: the same scene and the same random numbers give the same velocities, and their ``repr`` is the
@@ -19,6 +19,9 @@ from safefilter.scene import Scene
 
 # How far beyond their top speed random policies ask to go, as learned policies do.
 OVERSPEED = 1.25
+# How often `NotFinite` asks for what it asks for.
+SPOILT_PART = 0.3
+NOT_SENSIBLE = (np.nan, np.inf, -np.inf, 1e30)
 
 
 class Policy(Protocol):
@@ -89,6 +92,24 @@ class GoalSeeking:
         offset = np.array(self.goal).reshape(-1, 2) - scene.position
         distance = np.hypot(offset[:, 0], offset[:, 1])
         return at_speed(offset, np.minimum(v_max, distance / self.dt))
+
+
+@dataclass(frozen=True, slots=True)
+class NotFinite:
+    """Another policy, but for some robots at some steps: NaN, infinity or a speed beyond all bounds.
+
+    Attributes:
+        policy: The other policy.
+    """
+
+    policy: Policy
+
+    def act(self, scene: Scene, v_max: FloatArray, rng: np.random.Generator, /) -> FloatArray:
+        """See `Policy.act`."""
+        wanted = self.policy.act(scene, v_max, rng).copy()
+        spoilt = rng.uniform(size=scene.num_robots) < SPOILT_PART
+        wanted[spoilt, 0] = rng.choice(NOT_SENSIBLE, int(spoilt.sum()))
+        return wanted
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,13 +9,21 @@ Letters: N robots. m, m/s.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from hypothesis import strategies as st
 
 from safefilter.arrays import FloatArray
 from safefilter.scene import Scene
-from safefilter.testing.policies import GoalSeeking, Mixed, Policy, Ramming, UniformRandom
+from safefilter.testing.policies import (
+    GoalSeeking,
+    Mixed,
+    NotFinite,
+    Policy,
+    Ramming,
+    UniformRandom,
+)
 from safefilter.testing.rollout import Trial
 
 # Free distances at the start: exactly touching, a micrometre, within the reach of a step, and beyond.
@@ -158,16 +166,47 @@ def actions(draw: st.DrawFn, scene: Scene) -> FloatArray:
 
 
 @st.composite
-def policies(draw: st.DrawFn, scene: Scene, dt: float) -> Policy:
-    """Policies for the robots of a scene: goal-seeking, ramming, random, or all three mixed."""
-    across = GoalSeeking.across(scene, dt)
-    kinds: tuple[Policy, ...] = (across, Ramming(), UniformRandom())
-    return draw(st.sampled_from((*kinds, Mixed(kinds))))
+def degenerate(draw: st.DrawFn) -> Scene:
+    """Two to four robots where formulas lose their footing; robot 0 cooperates.
+
+    Centres coincide, overlap, touch exactly, or stand in one line; velocities are equal, zero, or exactly at the centre
+    of the cut-off; priorities are a millionfold apart. Overlap is something that only a step before could have caused,
+    so these are for checks of decisions rather than for `rollouts`.
+    """
+    size = draw(st.integers(2, 4))
+    radius = draw(radii())
+    # In radii along one line: coinciding, within each other, exactly in contact, apart.
+    place = [0.0]
+    for _ in range(1, size):
+        place.append(place[-1] + radius * draw(st.sampled_from((0.0, 1e-200, 1e-9, 1.0, 2.0, 3.0))))
+    velocity = draw(velocities())
+    at_cutoff = (place[1] - place[0]) / 2.0 + velocity[0], velocity[1]
+    pace = draw(st.sampled_from(((0.0, 0.0), velocity, at_cutoff)))
+    return Scene.from_world(
+        [[x, 0.0] for x in place],
+        [pace] + [velocity] * (size - 1),
+        radius,
+        priority=[draw(st.sampled_from((1.0, 1e-3, 1e3))) for _ in range(size)],
+        cooperative=[True] + [draw(st.sampled_from((True, False))) for _ in range(1, size)],
+        wanted=[draw(velocities()) for _ in range(size)],
+    )
 
 
 @st.composite
-def trials(
-    draw: st.DrawFn, starts: st.SearchStrategy[Scene] | None = None, dt: float = 0.2
+def adversarial_policies(draw: st.DrawFn, scene: Scene, dt: float) -> Policy:
+    """Policies for the robots of a scene: goal-seeking across its middle, ramming, random, mixed, or senseless."""
+    across = GoalSeeking.across(scene, dt)
+    kinds: tuple[Policy, ...] = (across, Ramming(), UniformRandom())
+    return draw(st.sampled_from((*kinds, Mixed(kinds), NotFinite(Ramming()))))
+
+
+@st.composite
+def rollouts(
+    draw: st.DrawFn,
+    starts: st.SearchStrategy[Scene] | None = None,
+    dt: float = 0.2,
+    *,
+    omega_max: float = 0.0,
 ) -> Trial:
     """Robots, a policy, top speeds and a few steps, ready for `assert_collision_free`.
 
@@ -175,17 +214,22 @@ def trials(
         draw: Given by Hypothesis.
         starts: Scenes to start from; `scenes` if None.
         dt: Duration of a step, in s.
+        omega_max: Largest turn rate of differential drives, in rad/s; 0: robots take any velocity.
     """
     scene = draw(scenes() if starts is None else starts)
+    if omega_max > 0.0:
+        heading = np.array([draw(angles()) for _ in range(scene.num_robots)])
+        scene = replace(scene, heading=heading)
     return Trial(
         scene,
-        draw(policies(scene, dt)),
+        draw(adversarial_policies(scene, dt)),
         np.array([draw(speeds()) for _ in range(scene.num_robots)]),
         dt=dt,
         num_steps=draw(st.integers(1, MAX_STEPS)),
         seed=draw(st.integers(0, 100)),
         is_single=draw(st.booleans()),
         passive_speed=draw(st.sampled_from((0.0, 0.3))),
+        omega_max=omega_max,
     )
 
 

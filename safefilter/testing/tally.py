@@ -20,8 +20,10 @@ class Tally:
 
     Attributes:
         robot_steps: Steps of robots that cooperate.
-        collisions: Pairs that came into contact and were apart at the start of the step.
-        min_clearance: Least free distance of any judged pair at any instant, in m.
+        collisions: Pairs of robots, or of a robot and a wall, that came into contact and were apart at the start of
+            the step.
+        min_clearance: Least free distance of any judged pair at any instant, in m; where robots drive along arcs, or
+            there are walls, of the instants looked at.
         cases: Decisions in Case-1, Case-2 and Case-3.
         faults: Decisions by `Fault`.
         uncertified: Executed actions that were not certified.
@@ -37,6 +39,7 @@ class Tally:
     @classmethod
     def of(cls, step: Step) -> Tally:
         """Count one step."""
+        approaches = step.approach, step.wall_approach
         cases, faults, uncertified = NOTHING.cases, NOTHING.faults, 0
         if step.decision is not None:
             cases = _counts(step.decision.case - 1, len(Case))
@@ -44,8 +47,10 @@ class Tally:
             uncertified = int((~step.decision.certified).sum())
         return cls(
             robot_steps=int(step.scene.cooperative.sum()),
-            collisions=int(step.approach.collided.sum()),
-            min_clearance=float(step.approach.least.min(initial=math.inf)),
+            collisions=sum(int(approach.collided.sum()) for approach in approaches),
+            min_clearance=min(
+                float(approach.least.min(initial=math.inf)) for approach in approaches
+            ),
             cases=cases,
             faults=faults,
             uncertified=uncertified,

@@ -14,7 +14,7 @@ from safefilter.arrays import FloatArray
 from safefilter.decision import Case, Decision, Fault
 from safefilter.testing.campaign import settings as campaign_settings
 from safefilter.testing.invariants import NotCertified, assert_certified
-from safefilter.testing.rollout import closed_loop
+from safefilter.testing.rollout import roll_out
 from safefilter.testing.strategies import actions, crowded, head_on, scenes, touching
 
 DT = 0.2
@@ -65,7 +65,7 @@ def decisions_of_a_campaign(
     number = 0
     for setting in campaign_settings(seed=2, robot_steps=size):
         safety_filter = setting.safety_filter()
-        for step in closed_loop(safety_filter, setting.trial):
+        for step in roll_out(safety_filter, setting.trial):
             assert step.decision is not None
             # A stalled solver leaves no proof; the robot stands still.
             proved = step.decision.index[step.decision.fault == Fault.NONE]

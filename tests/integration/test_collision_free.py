@@ -1,6 +1,6 @@
 """The promise that everything stands on: filtered robots never collide, whatever drives them and whoever solves.
 
-The judge is `safefilter.testing.closest_approach`, which shares no formula with the filter. The counts that these tests
+The judge is `safefilter.closest_approach`, which shares no formula with the filter. The counts that these tests
 assert are printed by ``python -m safefilter.testing.stress``.
 """
 
@@ -15,7 +15,7 @@ from safefilter.constraints.priority_orca import VOpt
 from safefilter.testing.campaign import Setting, drive
 from safefilter.testing.invariants import assert_collision_free
 from safefilter.testing.rollout import Trial
-from safefilter.testing.strategies import crowded, head_on, touching, trials
+from safefilter.testing.strategies import crowded, head_on, rollouts, touching
 
 OTHER_BACKENDS = [name for name in sf.available_backends() if name != "planar"]
 V_OPTS: tuple[VOpt, ...] = ("current", "shared", "own")
@@ -29,33 +29,33 @@ def filter_of(trial: Trial, v_opt: VOpt = "current", backend: str = "planar") ->
     return sf.SafetyFilter(constraints, sf.Holonomic(trial.v_max), backend=backend)
 
 
-@given(trials(), st.sampled_from(V_OPTS))
+@given(rollouts(), st.sampled_from(V_OPTS))
 def test_robots_never_collide(trial: Trial, v_opt: VOpt) -> None:
     assert_collision_free(filter_of(trial, v_opt), trial)
 
 
-@given(trials(touching()), st.sampled_from(V_OPTS))
+@given(rollouts(touching()), st.sampled_from(V_OPTS))
 def test_robots_that_start_in_contact_never_collide(trial: Trial, v_opt: VOpt) -> None:
     assert_collision_free(filter_of(trial, v_opt), trial)
 
 
-@given(trials(crowded()), st.sampled_from(V_OPTS))
+@given(rollouts(crowded()), st.sampled_from(V_OPTS))
 def test_crowded_robots_never_collide(trial: Trial, v_opt: VOpt) -> None:
     assert_collision_free(filter_of(trial, v_opt), trial)
 
 
-@given(trials(head_on(), dt=0.05), st.sampled_from(V_OPTS))
+@given(rollouts(head_on(), dt=0.05), st.sampled_from(V_OPTS))
 def test_robots_face_to_face_never_collide(trial: Trial, v_opt: VOpt) -> None:
     assert_collision_free(filter_of(trial, v_opt), trial)
 
 
-@given(trials(crowded()))
+@given(rollouts(crowded()))
 def test_separation_alone_is_enough(trial: Trial) -> None:
     separation = sf.Separation(trial.dt, passive_speed=trial.passive_speed)
     assert_collision_free(sf.SafetyFilter([separation], sf.Holonomic(trial.v_max)), trial)
 
 
-@given(trials(crowded()), st.sampled_from(["clarabel", "qpsolvers:daqp", "osqp"]))
+@given(rollouts(crowded()), st.sampled_from(["clarabel", "qpsolvers:daqp", "osqp"]))
 def test_robots_never_collide_with_a_solver_of_someone_else(trial: Trial, backend: str) -> None:
     assert_collision_free(filter_of(trial, backend=backend), trial)
 

@@ -15,7 +15,7 @@ from safefilter.testing.faults import FAULTS, FAULTS_IN_A_PROCESS
 from safefilter.testing.invariants import assert_certified, assert_collision_free
 from safefilter.testing.policies import Ramming
 from safefilter.testing.rollout import Trial
-from safefilter.testing.strategies import crowded, trials
+from safefilter.testing.strategies import crowded, rollouts
 from safefilter.testing.tally import Tally
 
 DT = 0.2
@@ -96,7 +96,7 @@ def test_decisions_do_not_depend_on_a_faulty_backend(name: str) -> None:
         assert_certified(faulty, scene, action, decision)
 
 
-@given(trials(crowded()), st.sampled_from(sorted(FAULTS)))
+@given(rollouts(crowded()), st.sampled_from(sorted(FAULTS)))
 def test_nobody_collides_whatever_the_backend_answers(trial: Trial, name: str) -> None:
     assert_collision_free(filter_of(trial, name), trial)
 

@@ -58,6 +58,22 @@ def test_a_collision_is_told_with_robots_step_depth_and_code() -> None:
     assert str(again.value) == str(caught.value)
 
 
+def test_a_collision_with_a_wall_is_told_with_robot_wall_depth_and_code() -> None:
+    scene = sf.Scene.from_world(
+        [[0.0, 0.0], [4.0, 0.0]], np.zeros((2, 2)), 0.3, walls=[[[1.0, -1.0], [1.0, 2.0]]]
+    )
+    trial = Trial(scene, Ramming(), np.ones(2), num_steps=9)
+    blind = without_separation(trial)
+    told = r"robot 0 and wall 0 from \[1\.0, -1\.0\] to \[1\.0, 2\.0\] m collide in step 3: 100 mm deep"
+    with pytest.raises(Collision, match=told) as caught:
+        assert_collision_free(blind, trial)
+    with pytest.raises(Collision) as again:
+        repeat(str(caught.value), blind)
+    assert str(again.value) == str(caught.value)
+    seeing = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(trial.dt)], sf.Holonomic(1.0))
+    assert assert_collision_free(seeing, trial).min_clearance >= 0.0
+
+
 def test_a_run_without_collision_is_counted() -> None:
     trial = head_on_trial()
     safety_filter = sf.SafetyFilter(

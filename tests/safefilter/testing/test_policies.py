@@ -9,6 +9,7 @@ from safefilter.testing.policies import (
     OVERSPEED,
     GoalSeeking,
     Mixed,
+    NotFinite,
     Policy,
     Ramming,
     UniformRandom,
@@ -89,5 +90,16 @@ def test_no_direction_means_no_speed() -> None:
 @given(scenes())
 def test_a_policy_is_written_as_the_code_that_makes_it(scene: sf.Scene) -> None:
     across = GoalSeeking.across(scene, DT)
-    for policy in (across, Mixed((UniformRandom(), Ramming(), across))):
+    for policy in (across, Mixed((UniformRandom(), NotFinite(Ramming()), across))):
         assert eval(repr(policy)) == policy
+
+
+def test_what_makes_no_sense_is_asked_for_at_times() -> None:
+    scene = sf.Scene.from_world(10.0 * np.eye(100, 2), np.zeros((100, 2)), 0.1)
+    wanted = NotFinite(UniformRandom()).act(scene, np.ones(100), np.random.default_rng(0))
+    senseless = ~(np.abs(wanted) <= OVERSPEED).all(axis=1)
+    assert 20 <= senseless.sum() <= 40
+    assert np.isnan(wanted).any()
+    assert np.isposinf(wanted).any()
+    assert np.isneginf(wanted).any()
+    assert (wanted == 1e30).any()

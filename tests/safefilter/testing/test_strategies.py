@@ -1,5 +1,7 @@
 """Strategies draw what their names say, and reach what they are for."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import find, given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 import safefilter as sf
 from safefilter.arrays import FloatArray
-from safefilter.testing.closest_approach import closest_approach, pairs_within
+from safefilter.closest_approach import closest_approach, pairs_within
 from safefilter.testing.rollout import Trial
 from safefilter.testing.strategies import (
     GAPS,
@@ -15,14 +17,15 @@ from safefilter.testing.strategies import (
     MAX_SPEED,
     actions,
     crowded,
+    degenerate,
     head_on,
     priorities,
     radii,
+    rollouts,
     scenes,
     speeds,
     symmetric,
     touching,
-    trials,
     velocities,
 )
 
@@ -92,7 +95,7 @@ def test_actions_are_one_velocity_a_robot(data: st.DataObject, scene: sf.Scene) 
     assert np.hypot(*wanted.T).max() <= 1.25 * MAX_SPEED + 1e-12
 
 
-@given(trials(dt=0.1))
+@given(rollouts(dt=0.1))
 def test_trials_are_of_the_step_asked_for(trial: Trial) -> None:
     assert trial.dt == 0.1
     assert trial.v_max.shape == (trial.scene.num_robots,)
@@ -127,3 +130,32 @@ def test_robots_may_be_asked_to_ram() -> None:
     scene = find(head_on(), lambda _: True)
     wanted = find(actions(scene), lambda drawn: bool(drawn[0, 0] > 0.0 and drawn[0, 1] == 0.0))
     assert wanted[0, 0] > 0.0
+
+
+@given(degenerate())
+def test_degenerate_scenes_are_of_two_to_four_in_line(scene: sf.Scene) -> None:
+    assert 2 <= scene.num_robots <= 4
+    assert not scene.position[:, 1].any()
+    assert scene.cooperative[0]
+
+
+def at_cutoff_centre(scene: sf.Scene) -> bool:
+    relative = scene.velocity[0] - scene.velocity[1]
+    offset = scene.position[1] - scene.position[0]
+    return bool(offset.any() and np.allclose(relative, offset / 2.0, rtol=1e-12, atol=0.0))
+
+
+@pytest.mark.parametrize(
+    "is_hard",
+    [
+        lambda scene: (scene.position[0] == scene.position[1]).all(),
+        lambda scene: gaps(scene).min() < -0.01,
+        lambda scene: (gaps(scene) == 0.0).any(),
+        lambda scene: (scene.velocity[0] == scene.velocity[1]).all(),
+        at_cutoff_centre,
+        lambda scene: scene.priority.max() == 1e6 * scene.priority.min(),
+    ],
+    ids=["coincide", "overlap", "touch", "equal velocities", "centre of the cut-off", "priorities"],
+)
+def test_what_is_hard_about_them_is_drawn(is_hard: Callable[[sf.Scene], bool]) -> None:
+    assert is_hard(find(degenerate(), is_hard))

@@ -5,8 +5,8 @@ from hypothesis import given
 
 import safefilter as sf
 from safefilter.testing.policies import Ramming
-from safefilter.testing.rollout import Trial, closed_loop
-from safefilter.testing.strategies import trials
+from safefilter.testing.rollout import Trial, roll_out
+from safefilter.testing.strategies import rollouts
 from safefilter.testing.tally import NOTHING, Tally
 
 
@@ -15,10 +15,10 @@ def filter_of(trial: Trial) -> sf.SafetyFilter:
     return sf.SafetyFilter([sf.PriorityORCA(2.0), separation], sf.Holonomic(trial.v_max))
 
 
-@given(trials())
+@given(rollouts())
 def test_every_decision_counts_once(trial: Trial) -> None:
     tally = NOTHING
-    for step in closed_loop(filter_of(trial), trial):
+    for step in roll_out(filter_of(trial), trial):
         tally += Tally.of(step)
     cooperative = int(trial.scene.cooperative.sum())
     assert tally.robot_steps == cooperative * trial.num_steps
@@ -29,7 +29,7 @@ def test_every_decision_counts_once(trial: Trial) -> None:
 def test_a_collision_counts_once_however_long_robots_overlap() -> None:
     scene = sf.Scene.from_world([[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)), 0.4)
     tally = NOTHING
-    for step in closed_loop(None, Trial(scene, Ramming(), np.ones(2), num_steps=3)):
+    for step in roll_out(None, Trial(scene, Ramming(), np.ones(2), num_steps=3)):
         tally += Tally.of(step)
     assert tally.collisions == 1
     assert tally.min_clearance < -0.7
@@ -40,15 +40,15 @@ def test_a_collision_counts_once_however_long_robots_overlap() -> None:
 def test_faults_are_counted_by_kind() -> None:
     scene = sf.Scene.from_world([[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)), 0.4)
     trial = Trial(scene, Ramming(), np.ones(2), num_steps=1)
-    (step,) = closed_loop(filter_of(trial), trial)
+    (step,) = roll_out(filter_of(trial), trial)
     assert Tally.of(step).num_faults == 0
     assert step.decision is not None
     decision = filter_of(trial).decide(step.scene, [[np.nan, 0.0], [0.0, 0.0]])
     assert Tally.of(replace(step, decision=decision)).num_faults == 1
 
 
-@given(trials(), trials())
+@given(rollouts(), rollouts())
 def test_totals_do_not_depend_on_the_order(one: Trial, other: Trial) -> None:
-    first, second = (Tally.of(next(closed_loop(filter_of(t), t))) for t in (one, other))
+    first, second = (Tally.of(next(roll_out(filter_of(t), t))) for t in (one, other))
     assert first + second == second + first
     assert first + NOTHING == first

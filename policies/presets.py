@@ -1,0 +1,32 @@
+"""Presets: the trainings of the paper's table and figures, by name.
+
+``srl-orca`` is ours. ``drl-cf`` and ``drl-cd`` are the paper's curiosity-free and curiosity-driven policies, trained
+alone; with ``-sparse`` without R^mf and R^dir, as in Fig. 5(a). The others leave out one thing of ours each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from envs.observation_layout import ObservationLayout
+from envs.reward import RewardWeights
+from policies.curiosity import CuriositySettings
+from policies.filtering import Filtering
+from policies.training_settings import TrainingSettings
+
+PAPER_STEPS = 5_000_000
+OURS = TrainingSettings()
+ALONE = replace(OURS, num_steps=PAPER_STEPS, reward=RewardWeights(), filtering=Filtering("off"))
+SPARSE = replace(ALONE, reward=RewardWeights.sparse())
+
+PRESETS: dict[str, TrainingSettings] = {
+    "srl-orca": OURS,
+    "drl-cf": ALONE,
+    "drl-cd": replace(ALONE, curiosity=CuriositySettings()),
+    "drl-cf-sparse": SPARSE,
+    "drl-cd-sparse": replace(SPARSE, curiosity=CuriositySettings()),
+    "no-norms": replace(OURS, reward=replace(OURS.reward, norm=0.0, passing=0.0, overtaking=0.0)),
+    "no-cap": replace(OURS, filtering=Filtering("literal")),
+    "nearest-leg": replace(OURS, filtering=replace(OURS.filtering, leg="nearest")),
+    "no-memory": replace(OURS, layout=ObservationLayout(has_memory=False)),
+}
