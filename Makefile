@@ -15,7 +15,7 @@ PIP_INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check --no
 PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo table test check coverage bench clean
+.PHONY: help demo table test check coverage bench mutants clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -44,6 +44,10 @@ coverage: $(VENV)/dev-installed ## Branch coverage of safefilter, at least 95 %
 
 bench: $(VENV)/bench-installed ## Time the filter against RVO2 and against other solvers
 	$(BIN)/python -m benchmarks
+
+# Hours; it goes on where it was stopped.
+mutants: $(VENV)/dev-installed ## Make every small mistake in geometry, programs and cap, and see whether a test fails
+	$(BIN)/python -m assurance.mutation
 
 clean: ## Remove everything that these targets made, .venv too
 	rm -rf $(VENV) out build dist .coverage .coverage.* .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

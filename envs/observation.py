@@ -6,6 +6,7 @@ Letters: W worlds, N robots a world, F numbers.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,7 +34,8 @@ from envs.trail import NUM_SECTORS
 from envs.walls import WallArrays
 from envs.world import World, over_worlds
 from safefilter.arrays import IntArray
-from safefilter.jit import kernel
+from safefilter.batch.records import plain
+from safefilter.jit import array_formula, kernel
 
 
 class Observer:
@@ -69,6 +71,8 @@ class Observer:
             world.num_worlds, world.num_robots, rules.dt, is_used=self.layout.has_memory
         )
         self.sensed = Sensed(given, self._robots)
+        self._kept_walls: WallArrays | None = None
+        self._kept_parts: tuple[Any, ...] = ()
         self._settings = ObservationSettings(
             num_neighbours=self.layout.num_neighbours,
             num_beams=self.layout.num_beams,
@@ -105,40 +109,62 @@ class Observer:
         Returns:
             Shape (W, N, F), in [-1, 1].
         """
-        world = self._world
+        world, walls = self._world, self._world.walls.arrays
         written = np.zeros(self._shape, dtype=np.float32)
-
-        def write(first: int, last: int) -> None:
-            _observe(
-                first,
-                last,
-                self._robots,
-                self.sensed.arrays,
-                world.seed,
-                world.walls.arrays,
-                self._beams,
-                self._odometry.arrays,
-                self._settings,
-                written,
+        if self._kept_walls is not walls:
+            self._kept_walls = walls
+            self._kept_parts = plain(
+                ObservationInputs(
+                    self._robots,
+                    self.sensed.arrays,
+                    world.seed,
+                    walls,
+                    self._beams,
+                    self._odometry.arrays,
+                    self._settings,
+                )
             )
-
-        over_worlds(write, world.num_worlds, world.num_robots)
+        parts = self._kept_parts
+        over_worlds(
+            lambda first, last: _observe(first, last, parts, written),
+            world.num_worlds,
+            world.num_robots,
+        )
         return written
 
 
+class ObservationInputs(NamedTuple):
+    """What observations are made from."""
+
+    robots: RobotArrays
+    sensed: SensedArrays
+    seed: IntArray
+    walls: WallArrays
+    beams: Beams
+    odometry: OdometryArrays
+    settings: ObservationSettings
+
+
+@array_formula
+def _inputs_of(parts: tuple[Any, ...]) -> ObservationInputs:
+    """Give plain inputs their names back."""
+    robots, sensed, seed, walls, beams, odometry, settings = parts
+    return ObservationInputs(
+        RobotArrays(*robots),
+        SensedArrays(*sensed),
+        seed,
+        WallArrays(*walls),
+        Beams(*beams),
+        OdometryArrays(*odometry),
+        ObservationSettings(*settings),
+    )
+
+
 @kernel
-def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
-    first_world: int,
-    last_world: int,
-    robots: RobotArrays,
-    sensed: SensedArrays,
-    seed: IntArray,
-    walls: WallArrays,
-    beams: Beams,
-    odometry: OdometryArrays,
-    settings: ObservationSettings,
-    written: Observations,
+def _observe(
+    first_world: int, last_world: int, parts: tuple[Any, ...], written: Observations
 ) -> None:
+    robots, sensed, seed, walls, beams, odometry, settings = _inputs_of(parts)
     num_robots = robots.radius.shape[1]
     true_grid, sensed_grid = empty_robot_grid(num_robots), empty_robot_grid(num_robots)
     nearness = np.empty(2 * settings.num_beams)

@@ -107,26 +107,61 @@ class Odometry:
     def update(self, robots: RobotArrays) -> None:
         """Remember where the last step has led to."""
         if self._is_used:
-            _remember(robots, self.arrays)
+            arrays = self.arrays
+            _remember(
+                robots.position,
+                robots.goal,
+                robots.step_count,
+                arrays.past,
+                arrays.nearest,
+                arrays.nearest_step,
+            )
+            _remember_places(
+                robots.position,
+                robots.step_count,
+                robots.cycle_start,
+                arrays.place,
+                arrays.num_places,
+                arrays.place_steps,
+            )
 
 
 @kernel
-def _remember(robots: RobotArrays, odometry: OdometryArrays) -> None:
-    num_moments, num_places = odometry.past.shape[2], odometry.place.shape[2]
-    for w in range(odometry.past.shape[0]):
-        slot = robots.step_count[w] % num_moments
-        for i in range(odometry.past.shape[1]):
-            odometry.past[w, i, slot, 0] = robots.position[w, i, 0]
-            odometry.past[w, i, slot, 1] = robots.position[w, i, 1]
-            if (robots.step_count[w] - robots.cycle_start[w, i]) % odometry.place_steps == 0:
-                slot_of_place = odometry.num_places[w, i] % num_places
-                odometry.place[w, i, slot_of_place, 0] = robots.position[w, i, 0]
-                odometry.place[w, i, slot_of_place, 1] = robots.position[w, i, 1]
-                odometry.num_places[w, i] += 1
+def _remember(  # noqa: PLR0917  # a kernel takes arrays, not records
+    position: FloatArray,
+    goal: FloatArray,
+    step_count: IntArray,
+    past: npt.NDArray[np.float32],
+    nearest: FloatArray,
+    nearest_step: IntArray,
+) -> None:
+    num_moments = past.shape[2]
+    for w in range(past.shape[0]):
+        slot = step_count[w] % num_moments
+        for i in range(past.shape[1]):
+            past[w, i, slot, 0] = position[w, i, 0]
+            past[w, i, slot, 1] = position[w, i, 1]
             distance = math.hypot(
-                robots.goal[w, i, 0] - robots.position[w, i, 0],
-                robots.goal[w, i, 1] - robots.position[w, i, 1],
+                goal[w, i, 0] - position[w, i, 0], goal[w, i, 1] - position[w, i, 1]
             )
-            if distance < odometry.nearest[w, i]:
-                odometry.nearest[w, i] = distance
-                odometry.nearest_step[w, i] = robots.step_count[w]
+            if distance < nearest[w, i]:
+                nearest[w, i] = distance
+                nearest_step[w, i] = step_count[w]
+
+
+@kernel
+def _remember_places(  # noqa: PLR0917  # a kernel takes arrays, not records
+    position: FloatArray,
+    step_count: IntArray,
+    cycle_start: IntArray,
+    place: npt.NDArray[np.float32],
+    num_places: IntArray,
+    place_steps: int,
+) -> None:
+    for w in range(place.shape[0]):
+        for i in range(place.shape[1]):
+            if (step_count[w] - cycle_start[w, i]) % place_steps == 0:
+                slot = num_places[w, i] % place.shape[2]
+                place[w, i, slot, 0] = position[w, i, 0]
+                place[w, i, slot, 1] = position[w, i, 1]
+                num_places[w, i] += 1

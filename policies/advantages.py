@@ -67,9 +67,12 @@ def _estimate(  # noqa: PLR0917  # a kernel takes arrays, not records
             if not acts[t, lane]:
                 following = 0.0
                 continue
-            goes_on = 0.0 if ends[t, lane] else 1.0
-            surprise = reward[t, lane] + discount * goes_on * value[t + 1, lane] - value[t, lane]
-            following = surprise + discount * trace_decay * goes_on * following
+            # No product with 0: the value of a state that is of no account may be anything.
+            after = value[t + 1, lane]
+            if ends[t, lane]:
+                after, following = 0.0, 0.0
+            surprise = reward[t, lane] + discount * after - value[t, lane]
+            following = surprise + discount * trace_decay * following
             advantage[t, lane] = following
 
 

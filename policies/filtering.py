@@ -10,6 +10,7 @@ Letters: W worlds, N robots. SI units.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -17,7 +18,7 @@ from envs.rules import Rules
 from envs.world import World
 from policies.nh_orca import TIME_HORIZON, TRACKING_ERROR, orca_filter
 from safefilter.constraints.priority_orca import Leg, PriorityORCA
-from safefilter.errors import InvalidInput
+from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.kinematics.differential_drive import DifferentialDrive
 from safefilter.safety_filter import SafetyFilter
 
@@ -40,17 +41,21 @@ class Filtering:
         kind: See the module docstring.
         walls: Are walls known from a map, or from the lidar alone?
         leg: Which leg of the velocity obstacle is taken from within it, see `PriorityORCA`.
+        right_bias: Angle by which ours turns wanted velocities to the right before it projects them, see
+            `SafetyFilter`, in rad.
     """
 
     kind: FilterKind = "ours"
     walls: WallSource = "map"
     leg: Leg = "nearest"
+    right_bias: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the values.
 
         Raises:
             InvalidInput: If a name is not one of those that there are.
+            OutOfRange: If the angle is a quarter turn or more.
         """
         for field, names in (("kind", FilterKind), ("walls", WallSource), ("leg", Leg)):
             if getattr(self, field) not in get_args(names):
@@ -58,6 +63,10 @@ class Filtering:
                     f"{field}: expected one of {', '.join(get_args(names))}, "
                     f"got {getattr(self, field)!r}"
                 )
+        if not abs(self.right_bias) < math.pi / 2:
+            raise OutOfRange(
+                f"right_bias: expected an angle within a quarter turn, got {self.right_bias}"
+            )
 
     def rules(self, rules: Rules) -> Rules:
         """The rules of a scenario, with a lidar where walls are known from it.
@@ -79,7 +88,7 @@ class Filtering:
             case "off":
                 return None
             case "ours":
-                return orca_filter(world, dt, leg=self.leg)
+                return orca_filter(world, dt, leg=self.leg, right_bias=self.right_bias)
             case "literal":
                 # Speeds differ from robot to robot, so S_AHV is kept by cutting speeds instead of by a polygon.
                 drive = DifferentialDrive(

@@ -11,18 +11,19 @@ from typing import NamedTuple
 
 from safefilter.comparison.contender import Contender
 from safefilter.comparison.measures import Measures, judged, measures_of
-from safefilter.comparison.problem import ProblemSet
+from safefilter.comparison.problem import OTHERS, PLANE, ProblemSet, groups_of
 from safefilter.comparison.runner import Comparison
 from safefilter.comparison.worker import Mode
 
 # Share of decisions that may be refused, and answered by another solver, before a solver is not worth its name.
 MOST_REFUSED = 0.01
 RULES = (
-    "Through the filter: no verified answer is wrong, at most 1 % are refused (and answered by another solver), at most 1 % "
-    "miss the budget; of these, the least median time of a decision.",
+    "Through the filter: no verified answer is wrong, and at most 1 % are refused (and answered by another solver); "
+    "of these, those that miss the budget in at most 1 %, if there are any; of these, the least median time.",
     "Without the filter's check: every answer is safe to 1 um/s at 0.2 m/s and of the right case; of these, the least "
     "median time. Of two settings of one solver that differ by less than 5 %, the tighter one.",
 )
+QUESTIONS = {PLANE: "robots in the plane", OTHERS: "actions in other dimensions"}
 
 
 class Standing(NamedTuple):
@@ -36,12 +37,14 @@ class Advice(NamedTuple):
     """Answer to one question.
 
     Attributes:
+        kind: Kind of problems, `PLANE` or `OTHERS`.
         question: What is asked.
         answer: In a sentence.
         best: The contender named, or None.
         standings: All contenders that take these problems, the best first.
     """
 
+    kind: str
     question: str
     answer: str
     best: Contender | None
@@ -50,16 +53,12 @@ class Advice(NamedTuple):
 
 def advice_of(comparison: Comparison, budget: float) -> tuple[Advice, ...]:
     """Answer the questions that the problems allow."""
-    plane = [problems for problems in comparison.sets if problems.dimensions == (2,)]
-    others = [problems for problems in comparison.sets if problems.dimensions != (2,)]
-    found = []
-    for words, sets in (("robots in the plane", plane), ("actions in other dimensions", others)):
-        if not sets:
-            continue
+    found: list[Advice] = []
+    for kind, sets in groups_of(comparison.sets).items():
         standings = standings_of(comparison, sets, budget)
         found += [
-            _through_filter(words, standings, budget),
-            _alone(words, standings),
+            _through_filter(kind, standings, budget),
+            _alone(kind, standings),
         ]
     return tuple(found)
 
@@ -84,28 +83,27 @@ def standings_of(
     )
 
 
-def _through_filter(words: str, standings: tuple[Standing, ...], budget: float) -> Advice:
-    question = f"Through the filter, for {words}"
+def _through_filter(kind: str, standings: tuple[Standing, ...], budget: float) -> Advice:
+    question = f"Through the filter, for {QUESTIONS[kind]}"
     fit = [
         standing
         for standing in standings
-        if standing.measures.verified_wrong == 0
-        and standing.measures.fail_closed <= MOST_REFUSED
-        and standing.measures.misses <= MOST_REFUSED
+        if standing.measures.verified_wrong == 0 and standing.measures.fail_closed <= MOST_REFUSED
     ]
     if not fit:
-        return Advice(
-            question,
-            f"None decides 99 % of the problems itself within {1e3 * budget:g} ms.",
-            None,
-            standings,
+        return Advice(kind, question, "None decides 99 % of the problems itself.", None, standings)
+    in_time = [standing for standing in fit if standing.measures.misses <= MOST_REFUSED]
+    best = _fastest(in_time or fit)
+    answer = _sentence(best, in_time or fit)
+    if not in_time:
+        answer += (
+            f" None keeps the budget of {1e3 * budget:g} ms: it misses {best.measures.misses:.1%}."
         )
-    best = _fastest(fit)
-    return Advice(question, _sentence(best, fit), best.contender, standings)
+    return Advice(kind, question, answer, best.contender, standings)
 
 
-def _alone(words: str, standings: tuple[Standing, ...]) -> Advice:
-    question = f"Without the filter's check, for {words}"
+def _alone(kind: str, standings: tuple[Standing, ...]) -> Advice:
+    question = f"Without the filter's check, for {QUESTIONS[kind]}"
     fit = [
         standing
         for standing in standings
@@ -113,12 +111,13 @@ def _alone(words: str, standings: tuple[Standing, ...]) -> Advice:
     ]
     if fit:
         best = _fastest(fit)
-        return Advice(question, _sentence(best, fit), best.contender, standings)
+        return Advice(kind, question, _sentence(best, fit), best.contender, standings)
     best = max(
         standings,
         key=lambda one: (_number(one.measures.verified_safe), _number(one.measures.case_agreement)),
     )
     return Advice(
+        kind,
         question,
         f"None: the best, {best.contender.title}, is unsafe or silent in "
         f"{1.0 - best.measures.verified_safe:.1%} of the problems.",

@@ -2,7 +2,8 @@
 
 Variables are the velocities of k robots in a space of s dimensions, within [-1, 1] each: one drone among moving
 obstacles (3), two drones (6), four drones (12), 25 robots in a plane (50). A barrier for each pair that is near,
-``h = |p_i - p_j|^2 - d^2``, and for each obstacle. Some robots are too near already, so that barriers contradict each other.
+``h = |p_i - p_j|^2 - d^2``, and for each obstacle. Some robots are too near already, so that barriers contradict each
+other.
 
 Letters: k robots, s dimensions of space. Lengths in units of the box.
 """

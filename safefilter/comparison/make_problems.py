@@ -1,7 +1,8 @@
 """Make the problem sets that come with the package: ``python -m safefilter.comparison.make_problems``.
 
 The same seed makes the same files, bit for bit, on the same machine and versions; on others the last bits of sines may
-differ. Right answers are found in rational arithmetic and written beside the problems: for 50 variables that takes a minute.
+differ. Right answers are found in rational arithmetic and written beside the problems: for 50 variables that takes a
+minute.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ RECIPES: Mapping[str, Recipe] = {
     ),
     "case_2": Recipe(
         "Random rows that leave room of 5 % of v_max or more; the wanted velocity is outside.",
-        lambda rng: make_plane.case_2(rng, 22),
+        lambda rng: make_plane.case_2(rng, 20),
     ),
     "barely_feasible": Recipe(
         "Sets whose inner radius is 1e-3 to 1e-9 of v_max: triangles, a slab, a needle.",

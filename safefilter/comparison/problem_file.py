@@ -7,9 +7,10 @@ The first line is an object that says what follows; each further line is one pro
     {"sequence": "robot 3", "scale": 0.2, "radius": 0.2, "padding": 0, "wanted": [0.2, 0],
      "rows": [[0.6, 0.8, 0.1], ...], "hard": [0, ...], "answer": {"case": 2, "margin": -0.1, "point": [0.1, 0.05]}}
 
-A row is its unit normal and then its offset: ``normal @ v >= offset``. ``hard`` is 1 for rows that are never given up. Rows
-that all problems begin with, such as the polygon of allowed velocities, stand in the first line once. ``radius`` is null if
-nothing bounds the actions; ``padding`` and ``answer`` may be missing. Numbers are written so that the same float64 is read back.
+A row is its unit normal and then its offset: ``normal @ v >= offset``. ``hard`` is 1 for rows that are never given
+up. Rows that all problems begin with, such as the polygon of allowed velocities, stand in the first line once.
+``radius`` is null if nothing bounds the actions; ``padding`` and ``answer`` may be missing. Numbers are written so
+that the same float64 is read back.
 
 A line that was cut off at the very end, because the recording process died, is left out when reading.
 """

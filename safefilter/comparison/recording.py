@@ -1,7 +1,6 @@
 """Recorder: writes what a solver is asked for while a robot drives, for `safefilter compare --problems FILE`.
 
-Case-1 needs no solver, so only other decisions are written. A line is written and flushed for each of them: if the process
-dies, what came before it is kept.
+Case-1 needs no solver, so only other decisions are written.
 
 Letters: B decisions, d dimensions.
 """
@@ -11,7 +10,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +23,7 @@ from safefilter.kinematics.box import Box
 from safefilter.safety_filter import SafetyFilter
 
 Action = npt.NDArray[np.floating]
+DESCRIPTION = "Recorded by SafeAction; decisions in which the wanted action was safe are left out."
 
 
 class Recorder:
@@ -44,7 +43,7 @@ class Recorder:
         if not self.path.parent.is_dir():
             raise InvalidInput(f"record: there is no folder {self.path.parent}; make it first")
         self._episode = 0
-        self._file: TextIO | None = None
+        self._is_begun = False
 
     def start_episode(self) -> None:
         """Begin new sequences."""
@@ -61,23 +60,22 @@ class Recorder:
             action: What the policy asked for, shape (B, d).
             decision: What it decided.
         """
-        for problem in posed_problems(
-            safety_filter, scene, action, decision, f"episode {self._episode}, "
-        ):
-            if self._file is None:
-                # "x": whatever was put there in the meantime is not overwritten.
-                self._file = self.path.open("x", encoding="utf-8", newline="\n")
-                is_box = isinstance(safety_filter.kinematics, Box)
-                unit = "unit of the Box" if is_box else "m/s"
-                said = "Recorded by SafeAction; decisions in which the wanted action was safe are left out."
-                write_line(self._file, header(self.path.stem, said, unit))
-            write_line(self._file, line_of(problem))
-            self._file.flush()
-
-    def close(self) -> None:
-        """Close the file; nothing can be written after that."""
-        if self._file is not None:
-            self._file.close()
+        prefix = f"episode {self._episode}, "
+        lines = [
+            line_of(problem)
+            for problem in posed_problems(safety_filter, scene, action, decision, prefix)
+        ]
+        if not lines:
+            return
+        if not self._is_begun:
+            unit = "unit of the Box" if isinstance(safety_filter.kinematics, Box) else "m/s"
+            lines.insert(0, header(self.path.stem, DESCRIPTION, unit))
+        # "x": whatever was put there in the meantime is not overwritten. Closed each time: nothing is lost if the
+        # process dies, and nobody has to remember to close it.
+        with self.path.open("a" if self._is_begun else "x", encoding="utf-8", newline="\n") as file:
+            for line in lines:
+                write_line(file, line)
+        self._is_begun = True
 
 
 def posed_problems(
@@ -109,7 +107,8 @@ def posed_problems(
     kinematics = safety_filter.kinematics
     if isinstance(kinematics, Box):
         unit, who = kinematics.unit, "entry"
-        scales = np.full(len(index), np.abs(_finite_bounds(kinematics)).max(initial=unit) / unit)
+        largest = float(np.abs(_finite_bounds(kinematics)).max(initial=0.0)) or unit
+        scales = np.full(len(index), largest / unit)
         radii = np.full(len(index), kinematics.radius / unit)
     else:
         unit, who = 1.0, "robot"

@@ -1,7 +1,7 @@
-"""compare_backends: every contender on every problem, in turns, in a process that may hang or die without stopping the run.
+"""compare_backends: every contender on every problem, in turns, in a process that may hang or die.
 
-In each round every problem goes to all contenders before the next problem does, in an order that changes from problem to
-problem: a busy moment of the machine falls on all of them.
+In each round every problem goes to all contenders before the next problem does, in an order that changes from problem
+to problem: a busy moment of the machine falls on all of them. What hangs or dies does not stop the run.
 
 Times in s.
 """
@@ -49,11 +49,13 @@ class Plan(NamedTuple):
         rounds: Rounds in sequence; there is one cold round.
         time_limit: Seconds that a decision may take.
         loop_steps: Steps of each crossing at most; 0 for none.
+        has_all_loops: Does every setting of a backend cross, trusted? The first one only otherwise.
     """
 
     rounds: int = 3
     time_limit: float = 5.0
     loop_steps: int = LOOP_STEPS
+    has_all_loops: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -220,15 +222,20 @@ class _Run:
         tasks: list[tuple[Task, bool]] = []
         for number, problems in enumerate(self._sets):
             size = len(problems)
-            for mode in Mode:
-                for k in range(min(WARM_UP_PROBLEMS, size)):
-                    tasks.append((Decide(number, k, mode, self._contenders), False))
-            for k in range(size):
-                tasks.append((Decide(number, k, Mode.COLD, self._turned(k)), True))
-            for turn in range(self._plan.rounds):
-                for k in range(size):
-                    tasks.append((Decide(number, k, Mode.SEQUENCE, self._turned(k + turn)), True))
+            tasks += [(task, False) for task in self._warm_up(number)]
+            tasks += [(Decide(number, k, Mode.COLD, self._turned(k)), True) for k in range(size)]
+            tasks += [
+                (Decide(number, k, Mode.SEQUENCE, self._turned(k + turn)), True)
+                for turn in range(self._plan.rounds)
+                for k in range(size)
+            ]
         return tasks
+
+    def _warm_up(self, number: int) -> list[Decide]:
+        """The first problems of a set; cold only once, as nothing is kept there but what is imported and compiled."""
+        modes = Mode if number == 0 else (Mode.SEQUENCE,)
+        size = min(WARM_UP_PROBLEMS, len(self._sets[number]))
+        return [Decide(number, k, mode, self._contenders) for mode in modes for k in range(size)]
 
     def _drives(self) -> list[tuple[Task, bool]]:
         steps = self._plan.loop_steps
@@ -237,7 +244,8 @@ class _Run:
         # Verified, all settings are one: the filter asks for its own.
         names = dict.fromkeys(contender.backend for contender in self._contenders)
         one = {name: next(c for c in self._contenders if c.backend == name) for name in names}
-        tasks: list[tuple[Task, bool]] = [(Drive(c, False, steps), True) for c in self._contenders]
+        trusted = self._contenders if self._plan.has_all_loops else tuple(one.values())
+        tasks: list[tuple[Task, bool]] = [(Drive(c, False, steps), True) for c in trusted]
         return tasks + [(Drive(contender, True, steps), True) for contender in one.values()]
 
     def _turned(self, turn: int) -> tuple[Contender, ...]:
@@ -249,7 +257,7 @@ class _Run:
     def _decide(self, task: Decide, *, is_counted: bool) -> None:
         name = self._sets[task.problems].name
         left = [c for c in task.contenders if self._strikes[c] < MOST_STRIKES]
-        replies = {c: Attempt(Fate.STRUCK) for c in task.contenders if c not in left}
+        replies: dict[Contender, Attempt] = {}
         while left:
             self._send(task._replace(contenders=tuple(left)))
             # Warming up includes imports and compiling.
@@ -264,9 +272,14 @@ class _Run:
                 fate = reply if isinstance(reply, Fate) else Fate.KILLED
                 replies[contender] = Attempt(fate)
                 self._strikes[contender] += 1
+                if is_counted:
+                    # The process is a new one.
+                    self._decide(task._replace(number=0, contenders=tuple(left)), is_counted=False)
+                    left = [c for c in left if self._strikes[c] < MOST_STRIKES]
                 break
         if is_counted:
-            for contender, attempt in replies.items():
+            for contender in task.contenders:
+                attempt = replies.get(contender, Attempt(Fate.STRUCK))
                 self._attempts[contender, task.mode, name].append(attempt)
 
     def _drive(self, task: Task) -> None:

@@ -1,7 +1,7 @@
 """What runs in the child process: contenders on problems, timed, one at a time.
 
-The garbage collector is off while contenders work, and runs between tasks. Whatever kills this process kills nothing else:
-`safefilter.comparison.runner` starts another and goes on.
+The garbage collector is off while contenders work, and runs between tasks. Whatever kills this process kills nothing
+else: `safefilter.comparison.runner` starts another and goes on.
 """
 
 from __future__ import annotations
