@@ -103,9 +103,11 @@ class Filtering:
 
 OFF = Filtering("off")
 """No filter."""
-OURS = Filtering("ours", walls="lidar")
+OURS = Filtering("ours", walls="lidar", leg="norm")
 """Ours without a map."""
-OURS_WITH_MAP = Filtering("ours")
-"""Ours where walls are known."""
+OURS_WITH_MAP = replace(OURS, walls="map")
+"""Ours where walls are known; what policies are trained through."""
+IMPARTIAL = Filtering("ours")
+"""The same without a side: for policies that know no norms."""
 LITERAL = Filtering("literal")
 """The paper's."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from envs.observation_layout import ObservationLayout
 from envs.reward import RewardWeights
 from policies.curiosity import CuriositySettings
-from policies.filtering import Filtering
+from policies.filtering import OURS_WITH_MAP, Filtering
 from policies.ppo import PPOSettings
 from safefilter.errors import OutOfRange
 
@@ -62,7 +62,7 @@ USUAL_REWARD = RewardWeights(
     intervention=-1.0,
 )
 """What made robots fast and polite; with the paper's weights they arrive as surely, but later: see docs/learning.md."""
-USUAL_FILTERING = Filtering("ours", leg="norm")
+USUAL_FILTERING = OURS_WITH_MAP
 USUAL_COURSE = CourseSettings()
 USUAL_PPO = PPOSettings()
 
