@@ -15,13 +15,16 @@ PIP_INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check --no
 PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check coverage bench clean
+.PHONY: help demo table test check coverage bench mutants clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/demo-installed ## Robots cross an intersection, filter off and on: a table, and pictures in out/demo/
 	$(BIN)/python -m policies.demo
+
+table: $(VENV)/demo-installed ## Table I with the weights that there are, into out/table/; goes on where it was stopped
+	$(BIN)/python -m policies.evaluate --all
 
 test: check ## Everything that must pass: check, proofs, all tests
 	$(BIN)/python -m proofs
@@ -41,6 +44,10 @@ coverage: $(VENV)/dev-installed ## Branch coverage of safefilter, at least 95 %
 
 bench: $(VENV)/bench-installed ## Time the filter against RVO2 and against other solvers
 	$(BIN)/python -m benchmarks
+
+# Hours; it goes on where it was stopped.
+mutants: $(VENV)/dev-installed ## Make every small mistake in geometry, programs and cap, and see whether a test fails
+	$(BIN)/python -m assurance.mutation
 
 clean: ## Remove everything that these targets made, .venv too
 	rm -rf $(VENV) out build dist .coverage .coverage.* .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

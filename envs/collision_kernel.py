@@ -210,7 +210,7 @@ def judge_wall(
 
 
 @formula
-def nearest_wall(  # noqa: PLR0917  # a compiled formula takes plain numbers
+def nearest_wall(  # a compiled formula takes plain numbers
     walls: WallArrays,
     m: int,
     x: float,

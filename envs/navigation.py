@@ -6,6 +6,7 @@ Letters: W worlds, N robots a world. SI units.
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,15 +19,16 @@ from envs.fleet import Fleet
 from envs.lidar import cast_beams
 from envs.observation import Observer
 from envs.observation_layout import ObservationLayout, Observations
-from envs.outcome import Outcome
+from envs.outcome import Outcome, empty_blocks
 from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
 from envs.sensing import Sensing
 from envs.snapshot import Parts, Snapshot
-from envs.step_kernel import Motion, step_worlds
-from envs.walls import WallMap
+from envs.step_kernel import Motion, StepInputs, step_worlds
+from envs.walls import WallArrays, WallMap
 from envs.world import World, over_worlds
 from safefilter.arrays import FloatArray, finite_array, frozen, require_positive
+from safefilter.batch.records import plain
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
 from safefilter.outlines import OwnWalls
@@ -90,6 +92,9 @@ class Navigation:
         self._cooperates = self.fleet.cooperative & ~self.world.person[0]
         self.observer = Observer(self.world, self.rules, layout, sensing)
         self._settings = self.rules.settings(drives=self.world.is_differential)
+        self._robots = self.world.arrays
+        self._kept_walls: WallArrays | None = None
+        self._kept_parts: tuple[Any, ...] = ()
         # Another moment's walls: nothing is kept yet.
         self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
@@ -142,21 +147,16 @@ class Navigation:
         """
         world = self.world
         action = finite_array(actions, "actions", world.position.shape)
-        outcome = Outcome.empty(world.num_worlds, world.num_robots)
+        blocks = empty_blocks(world.num_worlds, world.num_robots)
         if self._crowd is not None:
             self._walk(self._crowd, action)
-        step = partial(
-            step_worlds,
-            action=action,
-            robots=world.arrays,
-            cooperates=self._cooperates,
-            walls=world.walls.arrays,
-            settings=self._settings,
-            motion=self._motion,
-            contacts=outcome.contacts.arrays,
-            outcome=outcome.arrays,
+        parts, written = self._parts(), tuple(blocks)
+        over_worlds(
+            lambda first, last: step_worlds(first, last, action, parts, written),
+            world.num_worlds,
+            world.num_robots,
         )
-        over_worlds(step, world.num_worlds, world.num_robots)
+        outcome = Outcome.of(blocks)
         self.observer.update()
         self.observer.restart(outcome.reborn)
         return outcome
@@ -175,7 +175,7 @@ class Navigation:
 
     def state(self) -> Snapshot:
         """Copy of everything that later steps depend on: the world, what is remembered of it, and the generators."""
-        return self._parts.taken()
+        return self._everything.taken()
 
     def restore(self, state: Snapshot) -> None:
         """Go on from a moment as if nothing had happened since, bit for bit.
@@ -186,10 +186,10 @@ class Navigation:
         Raises:
             SnapshotError: If it does not fit; then nothing has changed.
         """
-        self._parts.put_back(state)
+        self._everything.put_back(state)
 
     @property
-    def _parts(self) -> Parts:
+    def _everything(self) -> Parts:
         gait = {f"gait.{name}": array for name, array in self._gait._asdict().items()}
         arrays = {**self.world.state, **self.observer.memory, **gait}
         return Parts(arrays, self.world.walls, self._generators)
@@ -238,6 +238,16 @@ class Navigation:
         """Time since the reset of each world, shape (W,), in s."""
         return self.world.step_count.astype(np.float64) * self.rules.dt
 
+    def _parts(self) -> tuple[Any, ...]:
+        """What steps go by, as kernels take it in the least time; kept as long as no wall changes."""
+        walls = self.world.walls.arrays
+        if self._kept_walls is not walls:
+            self._kept_walls = walls
+            self._kept_parts = plain(
+                StepInputs(self._robots, self._cooperates, walls, self._settings, self._motion)
+            )
+        return self._kept_parts
+
     def _scene(
         self, worlds: slice, numbers: npt.NDArray[np.int64], actions: FloatArray | None
     ) -> Scene:
@@ -281,7 +291,7 @@ class Navigation:
         walk = partial(
             walk_worlds,
             action=action,
-            robots=world.arrays,
+            robots=self._robots,
             walls=world.walls.arrays,
             gait=self._gait,
             settings=crowd.settings,

@@ -6,11 +6,13 @@ Letters: W worlds, N robots a world, F numbers.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from envs.lidar_kernel import Beams, paint_robots, paint_walls
 from envs.observation_kernel import (
+    MEMORY_SIZE,
     NEIGHBOUR_SIZE,
     OWN_SIZE,
     Nearest,
@@ -20,6 +22,7 @@ from envs.observation_kernel import (
     write_memory,
     write_neighbour,
     write_own,
+    write_trail,
 )
 from envs.observation_layout import ObservationLayout, Observations
 from envs.odometry import Odometry, OdometryArrays
@@ -27,10 +30,12 @@ from envs.robot_grid_kernel import empty_robot_grid, sort_robots
 from envs.rules import Rules
 from envs.sensing import Sensed, SensedArrays, Sensing
 from envs.step_kernel import RobotArrays
+from envs.trail import NUM_SECTORS
 from envs.walls import WallArrays
 from envs.world import World, over_worlds
 from safefilter.arrays import IntArray
-from safefilter.jit import kernel
+from safefilter.batch.records import plain
+from safefilter.jit import array_formula, kernel
 
 
 class Observer:
@@ -66,6 +71,8 @@ class Observer:
             world.num_worlds, world.num_robots, rules.dt, is_used=self.layout.has_memory
         )
         self.sensed = Sensed(given, self._robots)
+        self._kept_walls: WallArrays | None = None
+        self._kept_parts: tuple[Any, ...] = ()
         self._settings = ObservationSettings(
             num_neighbours=self.layout.num_neighbours,
             num_beams=self.layout.num_beams,
@@ -102,40 +109,62 @@ class Observer:
         Returns:
             Shape (W, N, F), in [-1, 1].
         """
-        world = self._world
+        world, walls = self._world, self._world.walls.arrays
         written = np.zeros(self._shape, dtype=np.float32)
-
-        def write(first: int, last: int) -> None:
-            _observe(
-                first,
-                last,
-                self._robots,
-                self.sensed.arrays,
-                world.seed,
-                world.walls.arrays,
-                self._beams,
-                self._odometry.arrays,
-                self._settings,
-                written,
+        if self._kept_walls is not walls:
+            self._kept_walls = walls
+            self._kept_parts = plain(
+                ObservationInputs(
+                    self._robots,
+                    self.sensed.arrays,
+                    world.seed,
+                    walls,
+                    self._beams,
+                    self._odometry.arrays,
+                    self._settings,
+                )
             )
-
-        over_worlds(write, world.num_worlds, world.num_robots)
+        parts = self._kept_parts
+        over_worlds(
+            lambda first, last: _observe(first, last, parts, written),
+            world.num_worlds,
+            world.num_robots,
+        )
         return written
 
 
+class ObservationInputs(NamedTuple):
+    """What observations are made from."""
+
+    robots: RobotArrays
+    sensed: SensedArrays
+    seed: IntArray
+    walls: WallArrays
+    beams: Beams
+    odometry: OdometryArrays
+    settings: ObservationSettings
+
+
+@array_formula
+def _inputs_of(parts: tuple[Any, ...]) -> ObservationInputs:
+    """Give plain inputs their names back."""
+    robots, sensed, seed, walls, beams, odometry, settings = parts
+    return ObservationInputs(
+        RobotArrays(*robots),
+        SensedArrays(*sensed),
+        seed,
+        WallArrays(*walls),
+        Beams(*beams),
+        OdometryArrays(*odometry),
+        ObservationSettings(*settings),
+    )
+
+
 @kernel
-def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
-    first_world: int,
-    last_world: int,
-    robots: RobotArrays,
-    sensed: SensedArrays,
-    seed: IntArray,
-    walls: WallArrays,
-    beams: Beams,
-    odometry: OdometryArrays,
-    settings: ObservationSettings,
-    written: Observations,
+def _observe(
+    first_world: int, last_world: int, parts: tuple[Any, ...], written: Observations
 ) -> None:
+    robots, sensed, seed, walls, beams, odometry, settings = _inputs_of(parts)
     num_robots = robots.radius.shape[1]
     true_grid, sensed_grid = empty_robot_grid(num_robots), empty_robot_grid(num_robots)
     nearness = np.empty(2 * settings.num_beams)
@@ -143,6 +172,7 @@ def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
     nearest = Nearest(
         np.empty(settings.num_neighbours, dtype=np.int64), np.empty(settings.num_neighbours)
     )
+    total = np.empty(NUM_SECTORS)
     furthest = settings.lidar_range
     for w in range(first_world, last_world):
         sort_robots(true_grid, w, robots.position, robots.present)
@@ -195,3 +225,5 @@ def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
             if settings.has_memory:
                 first += settings.num_beams
                 write_memory(written, first, robots, odometry, w, i, cosine, sine, settings.dt)
+                first += MEMORY_SIZE - NUM_SECTORS
+                write_trail(written, first, robots, odometry, w, i, cosine, sine, total)

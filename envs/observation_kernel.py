@@ -15,6 +15,7 @@ from envs.odometry import OdometryArrays
 from envs.robot_grid_kernel import RobotGrid, cells_near
 from envs.sensing import SensedArrays
 from envs.step_kernel import RobotArrays
+from envs.trail import HALF, add_up_trail
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.jit import formula
 
@@ -24,7 +25,7 @@ TIME_SCALE = 10.0  # s
 SPEED_SCALE = 0.2  # m/s
 GOAL_DECAY = 3.0  # 1/m
 FAR_DECAY, NEAR_DECAY, BEAM_DECAY = 1.5, 8.0, 1.2  # 1/m
-OWN_SIZE, NEIGHBOUR_SIZE = 9, 9
+OWN_SIZE, NEIGHBOUR_SIZE, MEMORY_SIZE = 9, 9, 21
 
 
 class ObservationSettings(NamedTuple):
@@ -256,3 +257,22 @@ def write_memory(
     row[w, i, first] = nearest / (nearest + GOAL_SCALE)
     row[w, i, first + 1] = away / (away + AWAY_SCALE)
     row[w, i, first + 2] = since / (since + TIME_SCALE)
+
+
+@formula
+def write_trail(
+    row: Observations,
+    first: int,
+    robots: RobotArrays,
+    odometry: OdometryArrays,
+    w: int,
+    i: int,
+    cosine: float,
+    sine: float,
+    total: FloatArray,
+) -> None:
+    """Write the trail, the last part of the memory, from column ``first`` on; ``total`` is working space."""
+    x, y = robots.position[w, i, 0], robots.position[w, i, 1]
+    add_up_trail(odometry.place[w, i], odometry.num_places[w, i], x, y, cosine, sine, total)
+    for k in range(len(total)):
+        row[w, i, first + k] = total[k] / (total[k] + HALF)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from envs.trail import NUM_SECTORS
 from safefilter.arrays import positive_number
 from safefilter.errors import OutOfRange
 
@@ -50,6 +51,10 @@ MEMORY_FIELDS = (
     "least distance b to the goal so far, as b / (b + 3 m)",
     "how much further it is now, e, as e / (e + 1 m)",
     "time t since it was that near, as t / (t + 10 s)",
+    *(
+        f"how much s it has been {45 * k} degrees to its left in the last two minutes, as s / (s + 2)"
+        for k in range(NUM_SECTORS)
+    ),
 )
 BEAM_FIELD = "exp(-1.2 range / m); 0 where nothing came back"
 
@@ -60,7 +65,7 @@ class Block:
 
     Attributes:
         name: Key of it in the form of a dictionary.
-        shape: Shape of it there: (9,), (k, 9), (K,) or (13,).
+        shape: Shape of it there: (9,), (k, 9), (K,) or (21,).
         start: Where it starts in the flat form.
         fields: What the numbers along its last axis mean; one for all beams.
     """
@@ -80,12 +85,12 @@ class Block:
 class ObservationLayout:
     """Which blocks an observation has: ``own``, ``neighbours``, ``lidar`` and ``memory``, in this order.
 
-    With 5 neighbours and 36 beams these are 90 numbers, and 103 with the memory.
+    With 5 neighbours and 36 beams these are 90 numbers, and 111 with the memory.
 
     Attributes:
         num_neighbours: The nearest k robots are seen; blocks of nobody are zero.
         num_beams: Beams K of the observed lidar, counterclockwise from the heading; 0: no lidar.
-        has_memory: Does a robot remember its own way? See `envs.odometry`.
+        has_memory: Does a robot remember its own way? See `envs.odometry` and `envs.trail`.
         speed_scale: Relative velocities are given as shares of this, in m/s: of twice a Turtlebot's greatest speed.
     """
 

@@ -230,9 +230,7 @@ def cells_within(
 
 
 @formula
-def entries_of_row(
-    walls: WallArrays, m: int, row: int, left: int, right: int
-) -> tuple[int, int]:
+def entries_of_row(walls: WallArrays, m: int, row: int, left: int, right: int) -> tuple[int, int]:
     """First entry of the cells from column ``left`` to ``right`` of a row of map m, and the one after the last."""
     first = walls.first_cell[m] + row * walls.cells_along[m, 0]
     return walls.cell_start[first + left], walls.cell_start[first + right + 1]

@@ -17,6 +17,7 @@ from envs.robot_results import RobotResults
 from envs.scenarios import Scenario, recommended_rules
 from envs.table_row import TableRow
 from policies.filtering import Filtering
+from policies.lateness import PUNCTUAL, Lateness
 from policies.policy import Policy
 from policies.rollout import roll_out
 from safefilter.errors import OutOfRange
@@ -59,6 +60,7 @@ def run_episodes(
     seed: int,
     layout: ObservationLayout | None = None,
     fleet: Fleet | None = None,
+    lateness: Lateness = PUNCTUAL,
     batch: int = BATCH,
 ) -> RobotResults:
     """Drive episodes, many worlds at once.
@@ -71,6 +73,7 @@ def run_episodes(
         seed: Of the episodes, and of policies that draw.
         layout: What the policy observes; None: see `Navigation`.
         fleet: What the robots are; None: Turtlebots of priority 1.
+        lateness: How late answers come.
         batch: Worlds at once.
 
     Returns:
@@ -99,7 +102,7 @@ def run_episodes(
             filtering.build(navigation.world, navigation.rules.dt),
             seed=seed,
             first_episode=first,
-            late_steps=filtering.late_steps,
+            lateness=lateness,
         )
         parts.append(rollout.results)
     return RobotResults.joined(parts)

@@ -10,6 +10,7 @@ Letters: W worlds, N robots. SI units.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -39,21 +40,22 @@ class Filtering:
     Attributes:
         kind: See the module docstring.
         walls: Are walls known from a map, or from the lidar alone?
-        late_steps: What executes was decided so many steps ago; see `policies.rollout.roll_out`.
         leg: Which leg of the velocity obstacle is taken from within it, see `PriorityORCA`.
+        right_bias: Angle by which ours turns wanted velocities to the right before it projects them, see
+            `SafetyFilter`, in rad.
     """
 
     kind: FilterKind = "ours"
     walls: WallSource = "map"
-    late_steps: int = 0
     leg: Leg = "nearest"
+    right_bias: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the values.
 
         Raises:
             InvalidInput: If a name is not one of those that there are.
-            OutOfRange: If the delay is below zero.
+            OutOfRange: If the angle is a quarter turn or more.
         """
         for field, names in (("kind", FilterKind), ("walls", WallSource), ("leg", Leg)):
             if getattr(self, field) not in get_args(names):
@@ -61,8 +63,10 @@ class Filtering:
                     f"{field}: expected one of {', '.join(get_args(names))}, "
                     f"got {getattr(self, field)!r}"
                 )
-        if self.late_steps < 0:
-            raise OutOfRange(f"late_steps: expected 0 or more, got {self.late_steps}")
+        if not abs(self.right_bias) < math.pi / 2:
+            raise OutOfRange(
+                f"right_bias: expected an angle within a quarter turn, got {self.right_bias}"
+            )
 
     def rules(self, rules: Rules) -> Rules:
         """The rules of a scenario, with a lidar where walls are known from it.
@@ -84,7 +88,7 @@ class Filtering:
             case "off":
                 return None
             case "ours":
-                return orca_filter(world, dt, leg=self.leg)
+                return orca_filter(world, dt, leg=self.leg, right_bias=self.right_bias)
             case "literal":
                 # Speeds differ from robot to robot, so S_AHV is kept by cutting speeds instead of by a polygon.
                 drive = DifferentialDrive(

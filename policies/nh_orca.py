@@ -57,13 +57,16 @@ def preferred_velocity(world: World, roadmap: Roadmap | None = None) -> FloatArr
     return full_speed(offset, np.minimum(world.v_max, distance / SLOWING_TIME))
 
 
-def orca_filter(world: World, dt: float, *, leg: Leg = "nearest") -> SafetyFilter:
+def orca_filter(
+    world: World, dt: float, *, leg: Leg = "nearest", right_bias: float = 0.0
+) -> SafetyFilter:
     """The filter for all robots of all worlds, each with its own greatest speed; its rows rule collisions out.
 
     Args:
         world: Worlds after their reset.
         dt: Duration of a step, in s.
         leg: See `PriorityORCA`.
+        right_bias: See `SafetyFilter`, in rad.
     """
     constraints: list[Constraint] = [
         PriorityORCA(TIME_HORIZON, leg=leg),
@@ -72,12 +75,11 @@ def orca_filter(world: World, dt: float, *, leg: Leg = "nearest") -> SafetyFilte
     ]
     v_max = world.v_max.ravel()
     if not world.is_differential:
-        return SafetyFilter(constraints, Holonomic(v_max))
+        return SafetyFilter(constraints, Holonomic(v_max), right_bias=right_bias)
     # One for all, so the smallest: a command within it is one that everybody can execute.
     omega_max = float(world.omega_max.min())
-    return SafetyFilter(
-        constraints, DifferentialDrive(v_max, omega_max, dt, tracking_error=TRACKING_ERROR)
-    )
+    drive = DifferentialDrive(v_max, omega_max, dt, tracking_error=TRACKING_ERROR)
+    return SafetyFilter(constraints, drive, right_bias=right_bias)
 
 
 class _AllowedVelocities(Holonomic):

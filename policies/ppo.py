@@ -41,13 +41,13 @@ class PPOSettings:
         reward_scale: Rewards are multiplied by it.
     """
 
-    learning_rate: float = 5e-4
+    learning_rate: float = 1e-3
     final_rate: float = 0.05
-    discount: float = 0.99
+    discount: float = 0.995
     trace_decay: float = 0.95
     clip: float = 0.2
     epochs: int = 3
-    minibatch: int = 8192
+    minibatch: int = 4096
     value_weight: float = 0.5
     entropy_weight: float = 0.002
     max_gradient: float = 0.5

@@ -14,8 +14,9 @@ from policies.curiosity import CuriositySettings
 from policies.filtering import Filtering
 from policies.training_settings import TrainingSettings
 
+PAPER_STEPS = 5_000_000
 OURS = TrainingSettings()
-ALONE = replace(OURS, filtering=Filtering("off"))
+ALONE = replace(OURS, num_steps=PAPER_STEPS, reward=RewardWeights(), filtering=Filtering("off"))
 SPARSE = replace(ALONE, reward=RewardWeights.sparse())
 
 PRESETS: dict[str, TrainingSettings] = {

@@ -5,7 +5,6 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
@@ -17,6 +16,7 @@ from envs.metrics import Summary, summarise
 from envs.navigation import Navigation
 from envs.recording import Recorder, Recording
 from envs.robot_results import RobotResults
+from policies.lateness import PUNCTUAL, LateAnswers, Lateness
 from policies.policy import Policy
 from safefilter.arrays import FloatArray, frozen
 from safefilter.decision import Decision
@@ -54,7 +54,7 @@ def roll_out(
     seed: int,
     first_episode: int = 0,
     max_steps: int | None = None,
-    late_steps: int = 0,
+    lateness: Lateness = PUNCTUAL,
     watch: Callable[[Scene, FloatArray, Decision], None] = lambda *_: None,
 ) -> Rollout:
     """Drive all robots of all worlds from their starts until nobody is under way or the time is over.
@@ -68,8 +68,7 @@ def roll_out(
         seed: Seed of the worlds and of the policy.
         first_episode: Number of the episode of world 0, see `Navigation.reset`.
         max_steps: Steps at most; None for the time limit of the rules.
-        late_steps: An action executes so many steps after it was decided, and till the first one does, robots stand
-            still. Against the assumptions of the filter unless 0: it guarantees nothing then.
+        lateness: How late answers come.
         watch: Told of every decision: the scene, the actions wanted, shape (B, 2), and what was decided.
 
     Returns:
@@ -82,7 +81,8 @@ def roll_out(
     recorder = Recorder(world, 0, navigation.rules.dt)
     limit = navigation.rules.max_steps if max_steps is None else max_steps
     decision_times = []
-    waiting = deque(np.zeros((late_steps, *world.position.shape)))
+    shape = world.num_worlds, world.num_robots
+    late = LateAnswers(lateness, shape, limit, seed=seed, first_episode=first_episode)
     for _ in range(limit):
         actions = navigation.wanted(policy.act(world, rng))
         case = np.zeros(world.cooperative.shape, dtype=np.int64)
@@ -93,8 +93,7 @@ def roll_out(
             case.ravel()[decision.index] = decision.case
             decision_times.append(elapsed)
             watch(scene, wanted, decision)
-        waiting.append(actions)
-        actions = waiting.popleft()
+        actions = late.executed(actions)
         outcome = navigation.step(actions)
         measures.record(world, outcome, actions, navigation.rules.dt)
         if is_recorded:

@@ -31,6 +31,14 @@ def shape_text(shape: tuple[int | str, ...]) -> str:
     return f"({inside},)" if len(shape) == 1 else f"({inside})"
 
 
+def array_code(array: npt.NDArray[np.generic]) -> str:
+    """Write an array as nested lists; one number if all entries of a vector are equal."""
+    values = array.tolist()
+    if array.ndim == 1 and len(values) > 0 and all(value == values[0] for value in values):
+        return repr(values[0])
+    return repr(values)
+
+
 def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...]) -> FloatArray:
     """Copy ``value`` into a float64 array of the given shape, all of it finite.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,7 @@ from safefilter.arrays import (
     BoolArray,
     FloatArray,
     IntArray,
+    array_code,
     finite_array,
     frozen,
     per_robot,
@@ -25,6 +27,9 @@ from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.lidar import Lidar
 from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours
 from safefilter.outlines import OwnWalls, shared_walls
+
+if TYPE_CHECKING:
+    from hypothesis.vendor.pretty import RepresentationPrinter
 
 # Columns of `Scene.state`.
 X, Y, V_X, V_Y, WANTED_X, WANTED_Y, RADIUS, PRIORITY = range(8)
@@ -38,6 +43,8 @@ MAX_COORDINATE = 1e100
 _LARGEST = np.array([MAX_COORDINATE] * 7 + [MAX_PRIORITY])
 _LEAST = np.array([np.finfo(np.float64).smallest_subnormal, MIN_PRIORITY])
 NO_WALLS = np.empty((0, 5))
+# Scenes of more robots are not written out.
+MOST_WRITTEN = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -193,6 +200,34 @@ class Scene:
     def num_robots(self) -> int:
         """Number of robots N."""
         return len(self.state)
+
+    def __repr__(self) -> str:
+        """Write the code that makes it; of crowds, of own walls and of lidars only that they are there."""
+        if self.num_robots > MOST_WRITTEN or len(self.walls) > self.num_shared_walls:
+            return f"<Scene of {self.num_robots} robots and {len(self.walls)} walls>"
+        parts = [
+            f"{field}={array_code(array)}"
+            for field, array, is_told in (
+                ("position", self.position, True),
+                ("velocity", self.velocity, True),
+                ("radius", self.radius, True),
+                ("priority", self.priority, (self.priority != 1.0).any()),
+                ("cooperative", self.cooperative, not self.cooperative.all()),
+                ("wanted", self.wanted, self.has_wanted),
+                ("world", self.world, self.world.any()),
+                ("walls", self.walls[:, :4].reshape(-1, 2, 2), len(self.walls) > 0),
+            )
+            if array is not None and is_told
+        ]
+        if self.heading is not None:
+            parts.append(f"heading={self.heading.tolist()!r}")
+        if np.isfinite(self.reach):
+            parts.append(f"reach={self.reach!r}")
+        return f"Scene.from_world({', '.join(parts)})"
+
+    def _repr_pretty_(self, printer: RepresentationPrinter, _cycle: bool) -> None:
+        """IPython and Hypothesis print dataclasses field by field unless this says otherwise."""
+        printer.text(repr(self))
 
     def neighbours_of(self, robot: int) -> IntArray:
         """Indices of the robots that ``robot`` sees."""

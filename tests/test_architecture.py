@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ["safefilter", "envs", "policies", "proofs"]
+PACKAGES = ["safefilter", "envs", "policies", "proofs", "assurance"]
 FOLDERS = [*PACKAGES, "benchmarks", "examples", "tests"]
 
 MAX_LINES = 400
@@ -66,8 +66,9 @@ EXTRA_OF_FOLDER = {
     "envs": ["demo", "learn"],
     "policies": ["demo", "learn"],
     "proofs": ["demo", "dev"],
+    "assurance": ["dev", "testing"],
     "benchmarks": ["bench", "demo", "dev", "learn"],
-    "examples": ["demo", "learn"],
+    "examples": ["demo", "dev", "learn", "testing"],
     "tests": ["demo", "dev", "learn", "testing"],
 }
 

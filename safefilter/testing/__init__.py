@@ -1,6 +1,10 @@
-"""Property-based tests for whatever uses the filter: strategies, invariants, a closed loop, faults, a backend contract.
+"""Property-based tests for whatever uses the filter: strategies, invariants, closed loops, faults, a backend contract.
 
-Needs the extra ``testing``. For example, that your settings keep your robots apart::
+Needs the extra ``testing``. That your environment with your filter in it is safe, whatever the policy asks for::
+
+    TestMyRobots = closed_loop(make_env, lambda env: SafeAction(env, safety_filter)).TestCase
+
+That your settings keep your robots apart, from contact at the start on::
 
     @given(rollouts(touching(), dt=0.1))
     def test_robots_never_touch(trial: Trial) -> None:
@@ -10,13 +14,15 @@ Needs the extra ``testing``. For example, that your settings keep your robots ap
 
 from __future__ import annotations
 
+from safefilter.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
+from safefilter.testing.agreement import BackendsDisagree, assert_backends_agree
 from safefilter.testing.backend_contract import (
     BACKEND_CHECKS,
     CONTRACT_TOLERANCE,
     ContractBroken,
     backend_contract,
 )
-from safefilter.testing.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
+from safefilter.testing.closed_loop import ClosedLoop, closed_loop
 from safefilter.testing.faults import FAULTS, FAULTS_IN_A_PROCESS
 from safefilter.testing.invariants import (
     Collision,
@@ -26,12 +32,23 @@ from safefilter.testing.invariants import (
     assert_collision_free,
     assert_priority_allocation,
 )
-from safefilter.testing.policies import GoalSeeking, Mixed, Policy, Ramming, UniformRandom
+from safefilter.testing.minimality import NotMinimal, assert_minimal
+from safefilter.testing.policies import (
+    GoalSeeking,
+    Mixed,
+    NotFinite,
+    Policy,
+    Ramming,
+    UniformRandom,
+)
+from safefilter.testing.program_strategies import programs
 from safefilter.testing.rollout import Step, Trial, roll_out
+from safefilter.testing.smallest_change import WrongChange, assert_smallest_change
 from safefilter.testing.strategies import (
     actions,
     adversarial_policies,
     crowded,
+    degenerate,
     head_on,
     priorities,
     radii,
@@ -43,6 +60,8 @@ from safefilter.testing.strategies import (
     velocities,
 )
 from safefilter.testing.tally import Tally
+from safefilter.testing.tracked_velocities import NotTracked, assert_tracked
+from safefilter.testing.wall_strategies import walls
 
 __all__ = [
     "BACKEND_CHECKS",
@@ -50,11 +69,16 @@ __all__ = [
     "CONTRACT_TOLERANCE",
     "FAULTS",
     "FAULTS_IN_A_PROCESS",
+    "BackendsDisagree",
+    "ClosedLoop",
     "Collision",
     "ContractBroken",
     "GoalSeeking",
     "Mixed",
     "NotCertified",
+    "NotFinite",
+    "NotMinimal",
+    "NotTracked",
     "Policy",
     "Ramming",
     "Step",
@@ -62,17 +86,25 @@ __all__ = [
     "Trial",
     "UniformRandom",
     "WrongAllocation",
+    "WrongChange",
     "actions",
     "adversarial_policies",
+    "assert_backends_agree",
     "assert_certified",
     "assert_collision_free",
+    "assert_minimal",
     "assert_priority_allocation",
+    "assert_smallest_change",
+    "assert_tracked",
     "backend_contract",
+    "closed_loop",
     "closest_approach",
     "crowded",
+    "degenerate",
     "head_on",
     "pairs_within",
     "priorities",
+    "programs",
     "radii",
     "roll_out",
     "rollouts",
@@ -81,4 +113,5 @@ __all__ = [
     "symmetric",
     "touching",
     "velocities",
+    "walls",
 ]

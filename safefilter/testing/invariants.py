@@ -5,16 +5,17 @@ Letters: N robots, B decisions. m, m/s, s.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray
+from safefilter.arrays import FloatArray, array_code
+from safefilter.closest_approach import Approach
 from safefilter.decision import Case, Decision
-from safefilter.half_spaces import HalfSpaces
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
-from safefilter.testing.closest_approach import Approach
-from safefilter.testing.reproduction import array_code, scene_code
+from safefilter.testing.reproduction import decision_code
 from safefilter.testing.rollout import Step, Trial, roll_out
 from safefilter.testing.tally import NOTHING, Tally
 
@@ -97,11 +98,9 @@ def assert_certified(
                 f"robot {decision.index[k]}, {Case(int(decision.case[k])).name}: {reason}\n"
                 f"  executed {decision.action[k].tolist()}, solved {decision.velocity[k].tolist()} m/s, "
                 f"fault {decision.fault_names[k]}, backend {decision.backend!r}\n"
-                f"to repeat it:\n"
-                f"  scene = {scene_code(scene)}\n"
-                f"  action = np.array({array_code(given)}, dtype=np.{given.dtype})\n"
-                f"  decision = safety_filter.decide(scene, action, {decision.index.tolist()})\n"
-                f"  assert_certified(safety_filter, scene, action, decision, exact={exact})"
+                + decision_code(
+                    scene, given, decision.index, "assert_certified", f", exact={exact}"
+                )
             )
 
 
@@ -132,9 +131,7 @@ def assert_priority_allocation(
     Raises:
         WrongAllocation: If a pair does not.
     """
-    robots = np.flatnonzero(scene.cooperative)
-    rows = safety_filter.half_spaces(scene, action)
-    parts = _orca_rows(rows, robots)
+    parts = orca_rows(safety_filter, scene, action)
     num_pairs = 0
     for (i, j), (normal, offset) in parts.items():
         if i > j or (j, i) not in parts:
@@ -151,7 +148,7 @@ def assert_priority_allocation(
             )
         if complaint:
             raise WrongAllocation(
-                f"robots {i} and {j}: {complaint}\nto repeat it:\n  scene = {scene_code(scene)}\n"
+                f"robots {i} and {j}: {complaint}\nto repeat it:\n  scene = {scene!r}\n"
                 f"  assert_priority_allocation(safety_filter, scene, {array_code(np.asarray(action))}, "
                 f"v_opt=np.array({array_code(v_opt)}))"
             )
@@ -159,14 +156,25 @@ def assert_priority_allocation(
     return num_pairs
 
 
-def _orca_rows(
-    rows: HalfSpaces, robots: npt.NDArray[np.int64]
-) -> dict[tuple[int, int], tuple[FloatArray, float]]:
-    """Normal and offset of each Priority-ORCA row, by (whose, against whom)."""
+class PairRows(NamedTuple):
+    """The half-plane of one robot against another: ``normal @ v >= offset``, in m/s."""
+
+    normal: FloatArray
+    offset: float
+
+
+def orca_rows(
+    safety_filter: SafetyFilter, scene: Scene, action: npt.ArrayLike
+) -> dict[tuple[int, int], PairRows]:
+    """Rows of `PriorityORCA` of all robots that cooperate, by (whose, against whom)."""
+    robots = np.flatnonzero(scene.cooperative)
+    rows = safety_filter.half_spaces(scene, action)
     source = rows.sources.index("priority_orca")
     found = rows.present & (rows.labels[:, :, 0] == source)
     return {
-        (int(robots[b]), int(rows.labels[b, m, 1])): (rows.normals[b, m], float(rows.offsets[b, m]))
+        (int(robots[b]), int(rows.labels[b, m, 1])): PairRows(
+            rows.normals[b, m], float(rows.offsets[b, m])
+        )
         for b, m in np.argwhere(found)
     }
 

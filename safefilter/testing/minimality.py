@@ -1,7 +1,7 @@
 """Minimal intervention, checked from the rows alone: nothing nearer was permitted, and nothing violates less.
 
-The oracle tries all candidates instead of solving: the nearest point of a polygon is the wanted one, its foot on a side,
-or a corner. The least violation is asked of HiGHS. Nothing is shared with the solver of the filter.
+The oracle tries all candidates instead of solving: the nearest point of a polygon is the wanted one, its foot on a
+side, or a corner. The least violation is asked of HiGHS. Nothing is shared with the solver of the filter.
 
 Letters: M rows, C candidates. m/s.
 """
@@ -66,7 +66,11 @@ def assert_minimal(
 
 
 def _complaint(
-    safety_filter: SafetyFilter, rows: HalfSpaces, given: npt.NDArray[np.generic], decision: Decision, k: int
+    safety_filter: SafetyFilter,
+    rows: HalfSpaces,
+    given: npt.NDArray[np.generic],
+    decision: Decision,
+    k: int,
 ) -> str:
     present = rows.present[k]
     normals, offsets = rows.normals[k][present], rows.offsets[k][present]

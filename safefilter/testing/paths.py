@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.testing.closest_approach import CONTACT_TOLERANCE, Approach, Pairs
+from safefilter.closest_approach import CONTACT_TOLERANCE, Approach, Pairs
 
 # From (which pair, fraction of the step), shape (K,) each, to free distances, shape (K,).
 Gap = Callable[[IntArray, FloatArray], FloatArray]
@@ -51,7 +51,8 @@ class Paths(NamedTuple):
         angle = (fraction - 1.0) * half
         cosine, sine = part * np.cos(angle), part * np.sin(angle)
         x, y = self.displacement[robot].T
-        return self.start[robot] + np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
+        moved = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
+        return np.asarray(self.start[robot] + moved)
 
 
 def robots_on_paths(paths: Paths, radius: FloatArray, pairs: Pairs) -> Approach:

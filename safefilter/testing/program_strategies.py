@@ -110,6 +110,36 @@ def contradictory_programs(draw: st.DrawFn) -> tuple[ConvexProgram, FloatArray]:
     return ConvexProgram(P=np.eye(2), q=-_wanted(draw), G=normals, h=h), multipliers
 
 
+@st.composite
+def boxed_programs(draw: st.DrawFn) -> ConvexProgram:
+    """The nearest point, or the least linear cost, in a box with a few rows through it, in one to four dimensions."""
+    dimension, rows = draw(st.integers(1, 4)), draw(st.integers(0, 4))
+    numbers = st.integers(-4, 4).map(lambda k: k / 4)
+    vector = st.lists(numbers, min_size=dimension, max_size=dimension)
+    normals = np.array([draw(vector) for _ in range(rows)]).reshape(rows, dimension)
+    slack = [draw(st.sampled_from((0.0, 0.25, 1.0))) for _ in range(rows)]
+    inside = np.array(draw(vector)) / 2.0
+    P = np.eye(dimension) if draw(st.booleans()) else np.zeros((dimension, dimension))
+    box = np.vstack([np.eye(dimension), -np.eye(dimension)])
+    return ConvexProgram(
+        P=P,
+        q=-2.0 * np.array(draw(vector)),
+        G=np.vstack([box, normals]),
+        h=np.concatenate([np.ones(2 * dimension), normals @ inside + slack]),
+    )
+
+
+def programs() -> st.SearchStrategy[ConvexProgram]:
+    """Programs of every kind that backends meet: nearest points, least violations, contradictions."""
+    return st.one_of(
+        boxed_programs(),
+        permitted_programs(),
+        second_stage_programs().map(lambda stages: stages.second),
+        second_stage_programs().map(lambda stages: stages.first),
+        contradictory_programs().map(lambda pair: pair[0]),
+    )
+
+
 def _wanted(draw: st.DrawFn) -> FloatArray:
     return np.array([draw(speeds(2.0)), draw(speeds(2.0))])
 

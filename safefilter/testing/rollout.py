@@ -16,15 +16,14 @@ import numpy as np
 import numpy.typing as npt
 
 from safefilter.arrays import FloatArray, frozen, per_robot, positive_number, require_positive
+from safefilter.closest_approach import Approach, Pairs, closest_approach, pairs_within
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import WANTED_X, WANTED_Y, Scene
-from safefilter.testing.closest_approach import Approach, Pairs, closest_approach, pairs_within
 from safefilter.testing.passive_robots import passive_velocity
 from safefilter.testing.paths import Paths, robots_on_paths, walls_on_paths
 from safefilter.testing.policies import Policy
-from safefilter.testing.reproduction import scene_code
 
 if TYPE_CHECKING:
     from hypothesis.vendor.pretty import RepresentationPrinter
@@ -96,7 +95,7 @@ class Trial:
         """Write the code that makes it."""
         turning = f", omega_max={self.omega_max!r}" if self.is_driving else ""
         return (
-            f"Trial({scene_code(self.scene)}, {self.policy!r}, np.array({self.v_max.tolist()!r}), dt={self.dt!r}, "
+            f"Trial({self.scene!r}, {self.policy!r}, np.array({self.v_max.tolist()!r}), dt={self.dt!r}, "
             f"num_steps={self.num_steps}, seed={self.seed}, is_single={self.is_single}, "
             f"passive_speed={self.passive_speed!r}{turning})"
         )
@@ -177,9 +176,10 @@ def roll_out(safety_filter: SafetyFilter | None, trial: Trial) -> Iterator[Step]
     scene, rng, judge = trial.scene, np.random.default_rng(trial.seed), _Judge(trial)
     for number in range(trial.num_steps):
         asked = trial.policy.act(scene, trial.v_max, rng)
-        action = _action(trial, scene, asked).astype(np.float32 if trial.is_single else np.float64)
+        action: npt.NDArray[np.floating] = _action(trial, scene, asked)
+        action = action.astype(np.float32 if trial.is_single else np.float64)
         # What makes no sense is nothing that others could know of.
-        makes_sense = (np.abs(asked) <= SENSIBLE_SPEED).all(axis=1)[:, None]
+        makes_sense = (np.abs(asked) <= SENSIBLE_SPEED).all(axis=1, keepdims=True)
         finite = np.where(makes_sense, asked, 0.0)
         wanted = finite if trial.is_driving else finite.astype(action.dtype).astype(np.float64)
         scene = _with_wanted(scene, wanted)
@@ -224,7 +224,7 @@ def _moved_by(trial: Trial, scene: Scene, action: FloatArray, *, is_filtered: bo
     """How robots move by actions; those that no filter looked at are cut to what robots can do."""
     if not is_filtered:
         # Who asks for nothing that is a number stands still.
-        action = np.where(np.isfinite(action).all(axis=1)[:, None], action, 0.0)
+        action = np.where(np.isfinite(action).all(axis=1, keepdims=True), action, 0.0)
     if not trial.is_driving or scene.heading is None:
         velocity = action if is_filtered else _within_speed(action, trial.v_max)
         return _Executed(velocity, np.zeros(scene.num_robots))

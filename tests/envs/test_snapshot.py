@@ -181,14 +181,16 @@ def test_nothing_that_steps_change_is_left_out() -> None:
 
 
 def _reachable(navigation: Navigation) -> dict[str, bytes]:
-    """All arrays that hang on a navigation, but walls, which may have more room than they need, and working space."""
+    """All arrays that hang on a navigation, but walls, which may have more room than they need, what is kept
+    as long as they are the same, and working space."""
     found: dict[str, bytes] = {}
     _visit(navigation, "", found, set())
     return found
 
 
 def _visit(thing: object, place: str, found: dict[str, bytes], seen: set[int]) -> None:
-    if id(thing) in seen or place in {".world.walls", "._motion", "._kept_map"}:
+    is_kept = place.rpartition(".")[2] in {"_kept_map", "_kept_parts", "_kept_walls"}
+    if id(thing) in seen or is_kept or place in {".world.walls", "._motion"}:
         return
     seen.add(id(thing))
     if isinstance(thing, np.ndarray):

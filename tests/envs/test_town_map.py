@@ -87,12 +87,12 @@ def test_deep_traps_come_where_they_are_asked_for(*, has_deep_traps: bool) -> No
         assert max(trap.depth for trap in town.traps) <= DEEP[1]
 
 
-def test_most_maps_have_a_square_with_a_trap() -> None:
+def test_half_of_the_maps_have_a_square_with_a_trap() -> None:
     squares = [
         [trap for trap in drawn(number).traps if len(trap.cells) == 4] for number in range(100)
     ]
     assert max(map(len, squares)) == 1
-    assert 60 <= sum(map(len, squares)) <= 95
+    assert 35 <= sum(map(len, squares)) <= 65
 
 
 @settings(deadline=None, max_examples=30)

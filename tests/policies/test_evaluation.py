@@ -8,7 +8,8 @@ from envs.robot_results import RobotResults
 from envs.scenarios import Crossroad, load_scenario
 from policies import Policy, StraightToGoal
 from policies.evaluation import evaluate_policy, run_episodes
-from policies.filtering import LITERAL, OFF, OURS, OURS_WITH_MAP, Filtering
+from policies.filtering import LITERAL, OFF, OURS, OURS_WITH_MAP
+from policies.lateness import Lateness
 from policies.nh_orca import NHORCA
 from safefilter.errors import OutOfRange
 
@@ -64,11 +65,17 @@ def test_without_a_filter_the_same_policy_collides() -> None:
     assert ours.collision_robot_rate == ours.collision_obstacle_rate == 0.0
 
 
-def test_answers_that_come_late_are_no_guarantee() -> None:
+def test_answers_that_come_late_are_no_guarantee_unless_they_expire() -> None:
     scenario = Crossroad(is_walled=True)
-    late = Filtering("ours", late_steps=3)
-    row = evaluate_policy(straight, scenario, late, episodes=8, seed=0)
-    assert row.collision_robot_rate > 0.0
+    hits = {
+        lateness: run_episodes(
+            straight, scenario, OURS_WITH_MAP, episodes=8, seed=0, lateness=lateness
+        )
+        for lateness in (Lateness(steps=3), Lateness(share=0.4))
+    }
+    delayed, expired = (results.min_clearance.min() for results in hits.values())
+    assert delayed < 0.0
+    assert expired > 0.0
 
 
 def test_without_separation_the_literal_filter_lets_robots_touch() -> None:

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from envs import Fleet, Navigation, Rules
+from envs import Crossroad, Fleet, Navigation, Rules
 from envs.scenarios import load_scenario
 from policies import StraightToGoal
 from policies.filtering import LITERAL, NUM_BEAMS, OFF, OURS, OURS_WITH_MAP, Filtering
@@ -91,6 +91,21 @@ def test_other_names_are_refused(field: str) -> None:
         Filtering(**{field: "sonar"})  # type: ignore[arg-type]  # refused at run time too
 
 
-def test_answers_from_the_future_are_refused() -> None:
-    with pytest.raises(OutOfRange, match="late_steps: expected 0 or more, got -1"):
-        Filtering(late_steps=-1)
+def test_a_bias_to_the_right_turns_robots_that_meet_head_on_to_the_right() -> None:
+    scenario = Crossroad(is_walled=True)
+    navigation = Navigation(scenario, Fleet.of(scenario.num_robots, kinematics="differential"))
+    navigation.reset(0)
+    world = navigation.world
+    world.position[0, :2], world.heading[0, :2] = [(-0.2, 0.0), (0.2, 0.0)], [0.0, np.pi]
+    world.position[0, 2:] += 50.0 * np.arange(1, 7)[:, np.newaxis]
+    world.velocity[0, :2] = [(0.2, 0.0), (-0.2, 0.0)]
+    action = np.tile([0.2, 0.0], (2, 1))
+    scene = navigation.scenes()
+    biased = Filtering("ours", right_bias=0.3)
+    turns = built(biased, navigation).decide(scene, action, [0, 1]).action[:, 1]
+    assert (turns < 0.0).all()
+
+
+def test_a_bias_of_a_quarter_turn_is_refused() -> None:
+    with pytest.raises(OutOfRange, match="right_bias: expected an angle within a quarter turn"):
+        Filtering(right_bias=2.0)

@@ -63,7 +63,7 @@ def test_a_collision_with_a_wall_is_told_with_robot_wall_depth_and_code() -> Non
         [[0.0, 0.0], [4.0, 0.0]], np.zeros((2, 2)), 0.3, walls=[[[1.0, -1.0], [1.0, 2.0]]]
     )
     trial = Trial(scene, Ramming(), np.ones(2), num_steps=9)
-    blind = sf.SafetyFilter([sf.PriorityORCA(2.0)], sf.Holonomic(trial.v_max))
+    blind = without_separation(trial)
     told = r"robot 0 and wall 0 from \[1\.0, -1\.0\] to \[1\.0, 2\.0\] m collide in step 3: 100 mm deep"
     with pytest.raises(Collision, match=told) as caught:
         assert_collision_free(blind, trial)

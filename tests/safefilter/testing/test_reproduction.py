@@ -2,8 +2,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from safefilter.arrays import array_code
 from safefilter.scene import Scene
-from safefilter.testing.reproduction import array_code, scene_code
 from safefilter.testing.strategies import scenes
 
 
@@ -20,7 +20,7 @@ def same(one: Scene, other: Scene) -> bool:
 
 @given(scenes())
 def test_a_scene_is_written_as_the_code_that_makes_it_bit_for_bit(scene: Scene) -> None:
-    assert same(eval(scene_code(scene), {"Scene": Scene}), scene)
+    assert same(eval(repr(scene), {"Scene": Scene}), scene)
 
 
 @given(scenes(), st.floats(0.1, 5.0))
@@ -35,7 +35,7 @@ def test_reach_heading_and_worlds_are_written_too(scene: Scene, reach: float) ->
         world=np.arange(scene.num_robots) % 2,
         reach=reach,
     )
-    again = eval(scene_code(whole), {"Scene": Scene})
+    again = eval(repr(whole), {"Scene": Scene})
     assert same(again, whole)
     assert np.array_equal(again.heading, heading)
 
@@ -48,6 +48,6 @@ def test_what_is_the_same_for_all_robots_is_written_once() -> None:
 
 def test_defaults_are_not_written() -> None:
     scene = Scene.from_world([[0, 0], [1, 0]], np.zeros((2, 2)), 0.2)
-    assert scene_code(scene) == (
+    assert repr(scene) == (
         "Scene.from_world(position=[[0.0, 0.0], [1.0, 0.0]], velocity=[[0.0, 0.0], [0.0, 0.0]], radius=0.2)"
     )

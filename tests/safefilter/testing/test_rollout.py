@@ -157,6 +157,7 @@ def test_filtered_drives_execute_their_commands(trial: Trial) -> None:
     separation = sf.Separation(trial.dt, passive_speed=trial.passive_speed)
     for step in roll_out(sf.SafetyFilter([separation], drive), trial):
         assert step.decision is not None
+        assert step.scene.heading is not None
         robots = step.decision.index
         assert step.turn[robots] == pytest.approx(step.decision.action[:, 1] * trial.dt)
         assert step.velocity[robots] == pytest.approx(

@@ -1,11 +1,13 @@
 """Robots among walls: nobody stands in one, and walls touch, end in the way, and are single points."""
 
+from functools import partial
+
 import numpy as np
 from hypothesis import find, given
 
 import safefilter as sf
 from safefilter.arrays import FloatArray
-from safefilter.testing.closest_approach import Pairs
+from safefilter.closest_approach import Pairs
 from safefilter.testing.paths import Paths, walls_on_paths
 from safefilter.testing.strategies import crowded
 from safefilter.testing.wall_strategies import walls
@@ -37,9 +39,10 @@ def test_walls_in_contact_are_drawn() -> None:
 
 def test_walls_of_a_single_point_and_of_four_radii_are_drawn() -> None:
     for radii in (0.0, 4.0):
-        find(walls(), lambda scene, radii=radii: is_as_long_as(scene, radii))
+        scene = find(walls(), partial(is_as_long_as, radii))
+        assert is_as_long_as(radii, scene)
 
 
-def is_as_long_as(scene: sf.Scene, radii: float) -> bool:
+def is_as_long_as(radii: float, scene: sf.Scene) -> bool:
     lengths = np.hypot(*(scene.walls[:, 2:4] - scene.walls[:, :2]).T)
     return bool((np.abs(lengths - radii * scene.radius[0]) <= 1e-9).any())

@@ -1,0 +1,1 @@
+"""Does our testing notice what is wrong? Planted bugs that shipped checks must catch, and mutants of the formulas."""
