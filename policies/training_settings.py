@@ -56,8 +56,8 @@ USUAL_REWARD = RewardWeights(
     forward=20.0,
     direction=0.3,
     time=-1.0,
-    norm=-0.3,
-    passing=-1.5,
+    norm=-0.2,
+    passing=-1.25,
     overtaking=-2.0,
     intervention=-1.0,
 )
@@ -84,7 +84,7 @@ class TrainingSettings:
     """
 
     seed: int = 1
-    num_steps: int = 5_000_000
+    num_steps: int = 10_000_000
     hidden: tuple[int, ...] = (128, 128)
     layout: ObservationLayout = USUAL_LAYOUT
     course: CourseSettings = USUAL_COURSE

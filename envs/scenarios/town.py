@@ -2,7 +2,7 @@
 
 The paper trains in "a simulated town with multiple intersections and many obstacles" (Fig. 4(b)) and prints no plan
 of it. Maps are drawn by `town_map`; traffic is drawn anew in every episode: robots with a trap ahead, robots that meet
-head-on or cross two abreast, fast ones behind slow ones, and others that go anywhere.
+head-on or at a crossing, fast ones behind slow ones, and others that go anywhere.
 
 Letters: N robots. SI units.
 """
@@ -39,13 +39,9 @@ NEAREST_GOAL = 2
 FURTHEST_GOAL = 6
 """Goals of robots that meet, or overtake, are at most so many cells away."""
 MEETING_SHARE = 0.6
-"""Part of the draws that are for two robots: half of them head-on, half of them overtaking."""
+"""Part of the draws that are for robots that meet: head-on, overtaking and at a crossing alike."""
 MAX_DRAWS = 50
-"""Draws for two robots, until single ones fill the town up."""
-CROSSING_SHARE = 0.35
-"""Part of the episodes in which robots come to one crossing from all sides, two abreast."""
-ABREAST = 0.28
-"""They drive so far from the middle of the street, in m: 0.2 m are left to walls and 0.35 m to each other."""
+"""Draws for robots that meet, until single ones fill the town up."""
 TIME_LIMIT = 200.0
 """In s. Of 320 shortest ways in held-out towns of eight robots, the longest takes 104 s at its robot's speed."""
 MOST_TRAPPED = 0.4
@@ -61,16 +57,12 @@ class Trip:
         goal: Cell.
         is_overtaken: A faster robot starts behind it.
         overtakes: It starts behind a slower robot.
-        start_aside: From the middle of the cell to where it starts, in m.
-        goal_aside: The same for the goal.
     """
 
     start: int
     goal: int
     is_overtaken: bool = False
     overtakes: bool = False
-    start_aside: tuple[float, float] = (0.0, 0.0)
-    goal_aside: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,8 +138,8 @@ class Town:
         """Draw a map, and trips on it."""
         town = self.map(int(rng.integers(self.num_maps)))
         trips = _trips(rng, town, self.num_robots)
-        start = town.centres[[trip.start for trip in trips]] + [trip.start_aside for trip in trips]
-        goal = town.centres[[trip.goal for trip in trips]] + [trip.goal_aside for trip in trips]
+        start = town.centres[[trip.start for trip in trips]]
+        goal = town.centres[[trip.goal for trip in trips]]
         low, high = np.log(PRIORITIES)
         return Placement(
             start=start + jitter(rng, self.num_robots, JITTER),
@@ -159,12 +151,12 @@ class Town:
 
 
 def _trips(rng: np.random.Generator, town: TownMap, num_robots: int) -> list[Trip]:
-    """Trips; but for those that cross abreast, starts are all in different cells, and so are goals."""
-    trips = _crossing(rng, town, num_robots) if rng.uniform() < CROSSING_SHARE else []
+    """Trips whose starts are all in different cells, and so are their goals."""
+    trips: list[Trip] = []
     num_trapped = rng.integers(int(MOST_TRAPPED * num_robots) + 1)
     for number in rng.permutation(len(town.trapped))[:num_trapped].tolist():
         trip = [Trip(*town.trapped[number])]
-        if len(trips) < num_robots and _is_room(town, trips, trip):
+        if _is_room(town, trips, trip):
             trips += trip
     for _ in range(MAX_DRAWS):
         if rng.uniform() > MEETING_SHARE or len(trips) > num_robots - 2:
@@ -193,59 +185,39 @@ def _drawn(rng: np.random.Generator, cells: IntArray) -> int:
 
 
 def _meeting(rng: np.random.Generator, town: TownMap) -> list[Trip]:
-    """Two robots that meet head-on, or of which one comes up behind the other; none if the draw is no good."""
+    """Robots that meet; none if the draw is no good."""
+    kind = rng.integers(3)
+    if kind == 0:
+        return _crossing(rng, town)
     first, last = rng.choice(town.streets, 2, replace=False).tolist()
     way = town.way(first, last)
     if not NEAREST_GOAL <= len(way) - 1 <= FURTHEST_GOAL:
         return []
-    if rng.uniform() < 0.5:
+    if kind == 1:
         return [Trip(first, last), Trip(last, first)]
     if len(way) - 1 <= NEAREST_GOAL:
         return []
     return [Trip(first, last, overtakes=True), Trip(way[1], way[-2], is_overtaken=True)]
 
 
-def _crossing(rng: np.random.Generator, town: TownMap, num_robots: int) -> list[Trip]:
-    """Robots that come to one cell from all sides at once, two abreast, and go straight on, or round a corner."""
+def _crossing(rng: np.random.Generator, town: TownMap) -> list[Trip]:
+    """Robots that come to one cell from all cells around it at once, and go on to where another has come from."""
     middle = _drawn(rng, town.streets)
-    arms = town.arms(middle)
-    if len(arms) < 3:
+    around = np.flatnonzero((town.hops[middle] == 1.0) & town.is_street)
+    if len(around) < 3:
         return []
-    quarters = list(arms)
-    # Everybody straight on, or everybody round the same way: so that no two have the same goal.
-    goes_on = len(quarters) == 4 and rng.uniform() < 0.8
-    shift = 2 if goes_on else int(rng.integers(1, len(quarters)))
-    trips = []
-    for number, quarter in enumerate(quarters):
-        towards = quarters[(number + shift) % len(quarters)]
-        # To the left of who drives towards the middle, and away from it.
-        trips += [
-            Trip(
-                arms[quarter],
-                arms[towards],
-                start_aside=_aside((quarter + 2) % 4, side),
-                goal_aside=_aside(towards, side),
-            )
-            for side in (-ABREAST, ABREAST)
-        ]
-    return trips[:num_robots]
-
-
-def _aside(quarter: int, side: float) -> tuple[float, float]:
-    """A way of length ``side`` to the left of a direction, in m."""
-    return {0: (0.0, side), 1: (-side, 0.0), 2: (0.0, -side), 3: (side, 0.0)}[quarter]
+    starts = rng.permutation(around)
+    return [
+        Trip(int(start), int(goal)) for start, goal in zip(starts, np.roll(starts, 1), strict=True)
+    ]
 
 
 def _is_room(town: TownMap, trips: list[Trip], more: list[Trip]) -> bool:
-    """Are the cells of more trips streets, where nobody else starts, or ends?"""
-    starts, goals = {trip.start for trip in trips}, {trip.goal for trip in trips}
-    for trip in more:
-        is_on_streets = town.is_street[trip.start] and town.is_street[trip.goal]
-        if not is_on_streets or trip.start in starts or trip.goal in goals:
-            return False
-        starts.add(trip.start)
-        goals.add(trip.goal)
-    return True
+    """Would all cells still be streets, and each the start of one robot, and the goal of one?"""
+    both = [*trips, *more]
+    starts, goals = {trip.start for trip in both}, {trip.goal for trip in both}
+    on_streets = all(town.is_street[cell] for trip in more for cell in (trip.start, trip.goal))
+    return len(starts) == len(goals) == len(both) and on_streets
 
 
 def _speeds(rng: np.random.Generator, trips: list[Trip]) -> FloatArray:

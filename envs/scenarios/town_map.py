@@ -18,17 +18,7 @@ from scipy.sparse.csgraph import connected_components, shortest_path
 
 from envs.scenarios import town_traps
 from envs.scenarios.shapes import box
-from envs.scenarios.town_cells import (
-    EAST,
-    NORTH,
-    PITCH,
-    SOUTH,
-    WEST,
-    cell_beside,
-    cell_centres,
-    sides_of_cells,
-    squares_of_cells,
-)
+from envs.scenarios.town_cells import PITCH, cell_centres, sides_of_cells, squares_of_cells
 from envs.scenarios.town_traps import Trap, TrapDrawer
 from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
 
@@ -76,25 +66,6 @@ class TownMap:
             and self.is_street[front]
             and self.is_street[behind]
         ]
-
-    def arms(self, middle: int) -> dict[int, int]:
-        """Streets straight on from a cell in each open direction: the second cell, if it can be, or else the next.
-
-        Args:
-            middle: Number of the cell.
-
-        Returns:
-            Cells by direction, in quarter turns from the east.
-        """
-        arms: dict[int, int] = {}
-        for quarter in (EAST, NORTH, WEST, SOUTH):
-            cell = middle
-            for _ in range(2):
-                beside = cell_beside(cell, quarter, self.size)
-                if beside is None or self.hops[cell, beside] != 1.0 or not self.is_street[beside]:
-                    break
-                arms[quarter] = cell = beside
-        return arms
 
     def way(self, start: int, goal: int) -> list[int]:
         """Cells of a shortest way, ends included."""

@@ -38,9 +38,8 @@ def test_robots_start_apart_and_clear_of_walls(town: Town, seed: int) -> None:
     for points in (placement.start, placement.goal):
         distance = np.linalg.norm(points[:, np.newaxis] - points, axis=-1)
         distance[np.diag_indices(len(distance))] = np.inf
-        # Those who cross abreast are the nearest to each other, and to walls.
-        assert distance.min() > 0.35
-        assert wall_distances(points, placement.walls).min() > 0.19
+        assert distance.min() > 1.0
+        assert wall_distances(points, placement.walls).min() > 0.4
     assert (np.linalg.norm(placement.goal - placement.start, axis=1) > 1.0).all()
     assert np.abs(placement.walls).max() <= town.half_extent
 
@@ -75,17 +74,6 @@ def test_some_robots_meet_head_on_and_some_come_up_behind_slow_ones() -> None:
         overtaking += int((near_start & near_goal & slower).any())
     assert head_on > 15
     assert overtaking > 15
-
-
-def test_some_robots_cross_two_abreast() -> None:
-    rng = np.random.default_rng(0)
-    crossings = 0
-    for _ in range(100):
-        start = Town(8).place(rng).start
-        distance = np.linalg.norm(start[:, np.newaxis] - start, axis=-1)
-        abreast = np.argwhere(np.triu(distance < 0.8, 1))
-        crossings += len(abreast) >= 3
-    assert 10 < crossings < 40
 
 
 def test_the_same_seed_gives_the_same_town() -> None:
