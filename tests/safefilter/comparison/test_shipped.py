@@ -147,5 +147,5 @@ def test_barriers_have_as_many_variables_as_they_say(name: str, variables: int) 
 
 
 def test_an_unknown_set_is_refused_with_a_hint() -> None:
-    with pytest.raises(InvalidInput, match="no set is called 'case2'. Did you mean 'case_2'"):
+    with pytest.raises(InvalidInput, match=r"no set is called 'case2'\. Did you mean 'case_2'"):
         shipped_set("case2")
