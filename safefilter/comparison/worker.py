@@ -15,7 +15,7 @@ from time import perf_counter
 from typing import NamedTuple, TypeAlias
 
 from safefilter.backend_answer import Solvers
-from safefilter.backends.registry import Factory, register_backend
+from safefilter.backends.registry import Factory, is_registered, register_backend
 from safefilter.comparison.attempt import Attempt, Fate, decide, judge
 from safefilter.comparison.closed_loop import Crossing, drive_across
 from safefilter.comparison.contender import Contender, accuracy_of, make_contender
@@ -110,7 +110,9 @@ def serve(read: int, write: int) -> None:
     orders, replies = Connection(read, writable=False), Connection(write, readable=False)
     order: Order = pickle.loads(orders.recv_bytes())  # written by our own parent process
     for name, factory in order.factories.items():
-        register_backend(name, factory)
+        # Loading the file that a factory is in may have registered it.
+        if not is_registered(name):
+            register_backend(name, factory)
     bench = Bench(order.sets)
     gc.collect()
     gc.freeze()

@@ -92,7 +92,7 @@ def comparison() -> Comparison:
     found = compare_backends(
         [plane],
         [MOODY, DEAD, PLANAR],
-        Plan(rounds=1, time_limit=1.0, loop_steps=2),
+        Plan(rounds=1, time_limit=3.0, loop_steps=2),
         lambda *told_now: told.append(told_now),
     )
     assert told[-1][2].startswith("crossing: ")
