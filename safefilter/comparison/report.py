@@ -177,6 +177,8 @@ def _method(summary: Summary) -> Iterator[str]:
         for fate, number in fates.items()
         if number
     )
+    if comparison.left_out:
+        yield f"<li>The run was cut short: {comparison.left_out} tasks were left out.</li>"
     yield f"<li>Budget of a decision: {1e3 * summary.budget:g} ms. The run took {comparison.seconds:.0f} s.</li>"
     machine = ", ".join(f"{name} {value}" for name, value in comparison.machine.items())
     yield f"<li>{escape(machine)}</li></ul>"

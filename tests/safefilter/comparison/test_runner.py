@@ -135,9 +135,17 @@ def test_crossings_are_made_trusted_and_verified(comparison: Comparison) -> None
     assert [crossing.is_verified for crossing in comparison.crossings[PLANAR]] == [False, True]
 
 
+def test_a_run_that_is_cut_short_says_so(comparison: Comparison) -> None:
+    (plane,) = comparison.sets
+    found = compare_backends([plane.part([0, 1])], [PLANAR], Plan(rounds=2, seconds=1e-9))
+    # Two cold decisions, four in sequence, two crossings.
+    assert (found.left_out, found.attempts, found.crossings) == (8, {}, {})
+
+
 def test_machine_and_versions_are_noted(comparison: Comparison) -> None:
     assert {"numpy", "osqp", "processor", "load at start"} <= set(comparison.machine)
     assert comparison.seconds > 0.0
+    assert comparison.left_out == 0
 
 
 def test_a_run_of_nothing_is_refused(comparison: Comparison) -> None:
