@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
-from time import perf_counter
+from time import process_time
 from typing import Any
 
 import gymnasium
@@ -314,14 +314,14 @@ def test_malformed_input_is_refused_by_an_error_of_ours_or_answered(
     given_values = dict(usable())
     fields = st.sampled_from(sorted(given_values))
     wrong = data.draw(st.dictionaries(fields, junk, min_size=1, max_size=2))
-    start = perf_counter()
+    start = process_time()
     try:
         answer = call(**{**given_values, **wrong})
     except sf.SafeFilterError:
         answer = None
     if isinstance(answer, sf.Decision):
         assert np.isfinite(answer.action).all()
-    assert perf_counter() - start <= PATIENCE
+    assert process_time() - start <= PATIENCE
 
 
 @pytest.mark.parametrize("name", ENTRIES)
