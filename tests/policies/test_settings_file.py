@@ -193,7 +193,6 @@ def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
         (3, "card: expected a mapping with some of seed, .*, got 3"),
         ({"ppo": {"clip": "x"}}, "card: ppo.clip: expected a number, got 'x'"),
         ({"seed": -1}, "card: seed: expected 0 to"),
-        ({"filtering": {"late_steps": 1}}, "card: filtering.late_steps: expected 0"),
         ({1: 2}, "card: 1: no such setting"),
     ],
 )

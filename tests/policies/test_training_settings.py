@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from policies.filtering import Filtering
 from policies.training_settings import MAX_SEED, CourseSettings, TrainingSettings
 from safefilter.errors import OutOfRange
 
@@ -32,7 +31,6 @@ def test_courses_that_cannot_be_are_refused(changes: dict[str, Any], message: st
         ({"seed": MAX_SEED + 1}, "seed: expected 0 to"),
         ({"num_steps": 0}, "num_steps: expected 1 or more, got 0"),
         ({"hidden": (128, 0)}, r"hidden: expected widths of 1 or more, got \(128, 0\)"),
-        ({"filtering": Filtering(late_steps=2)}, "late_steps: expected 0, .*, got 2"),
     ],
 )
 def test_trainings_that_cannot_be_are_refused(changes: dict[str, Any], message: str) -> None:
