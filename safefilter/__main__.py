@@ -15,7 +15,11 @@ HELP = {"-h", "--help"}
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a command; returns the exit code."""
+    """Run a command; returns the exit code.
+
+    Raises:
+        ModuleNotFoundError: If a file of this package is missing: the installation is broken.
+    """
     words = sys.argv[1:] if arguments is None else arguments
     if not words or words[0] not in COMMANDS:
         asked = bool(words) and words[0] in HELP

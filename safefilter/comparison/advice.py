@@ -18,13 +18,11 @@ from safefilter.comparison.worker import Mode
 # Share of decisions that may be refused, and answered by another solver, before a solver is not worth its name.
 MOST_REFUSED = 0.01
 RULES = (
-    "Through the filter: no verified answer is wrong, at most 1 % are refused (and answered by another solver), at most 1 % "
-    "miss the budget; of these, the least median time of a decision.",
+    "Through the filter: no verified answer is wrong, and at most 1 % are refused (and answered by another solver); "
+    "of these, those that miss the budget in at most 1 %, if there are any; of these, the least median time.",
     "Without the filter's check: every answer is safe to 1 um/s at 0.2 m/s and of the right case; of these, the least "
     "median time. Of two settings of one solver that differ by less than 5 %, the tighter one.",
 )
-
-
 QUESTIONS = {PLANE: "robots in the plane", OTHERS: "actions in other dimensions"}
 
 
@@ -90,20 +88,19 @@ def _through_filter(kind: str, standings: tuple[Standing, ...], budget: float) -
     fit = [
         standing
         for standing in standings
-        if standing.measures.verified_wrong == 0
-        and standing.measures.fail_closed <= MOST_REFUSED
-        and standing.measures.misses <= MOST_REFUSED
+        if standing.measures.verified_wrong == 0 and standing.measures.fail_closed <= MOST_REFUSED
     ]
     if not fit:
-        return Advice(
-            kind,
-            question,
-            f"None decides 99 % of the problems itself within {1e3 * budget:g} ms.",
-            None,
-            standings,
+        answer = "None decides 99 % of the problems itself."
+        return Advice(kind, question, answer, None, standings)
+    in_time = [standing for standing in fit if standing.measures.misses <= MOST_REFUSED]
+    best = _fastest(in_time or fit)
+    answer = _sentence(best, in_time or fit)
+    if not in_time:
+        answer += (
+            f" None keeps the budget of {1e3 * budget:g} ms: it misses {best.measures.misses:.1%}."
         )
-    best = _fastest(fit)
-    return Advice(kind, question, _sentence(best, fit), best.contender, standings)
+    return Advice(kind, question, answer, best.contender, standings)
 
 
 def _alone(kind: str, standings: tuple[Standing, ...]) -> Advice:
@@ -116,6 +113,8 @@ def _alone(kind: str, standings: tuple[Standing, ...]) -> Advice:
     if fit:
         best = _fastest(fit)
         return Advice(kind, question, _sentence(best, fit), best.contender, standings)
+    if not standings:
+        return Advice(kind, question, "None of them takes these problems.", None, standings)
     best = max(
         standings,
         key=lambda one: (_number(one.measures.verified_safe), _number(one.measures.case_agreement)),

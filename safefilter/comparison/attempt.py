@@ -2,8 +2,8 @@
 
 Two answers are judged. The *raw* one is what the solver says, as a program that trusts it would take it: the point of
 Case-2's program if it names one, otherwise that of Case-3's. The *verified* one is what the filter makes of the same
-solves: polished on its active rows, certified, or refused; a refusal is answered by another solver, so it costs time and
-never safety.
+solves: polished on its active rows, certified, or refused; a refusal is answered by another solver, so it costs time
+and never safety.
 
 Letters: n variables, m rows, d dimensions. Everything in the unit of the action; times in s.
 """

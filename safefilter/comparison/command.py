@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,16 +30,17 @@ SLOW = "cvxpy:"
 QUICK_PROBLEMS = 4
 QUICK_ROUNDS = 2
 QUICK_LOOP_STEPS = 40
+QUICK_SECONDS = 18.0
 # Width of tables in characters where they go to a file or a pipe, which know none.
 FILE_WIDTH = 220
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Which solver should I use, and at what setting? Compares all solvers that are installed on problems of the filter."""
+    """Which solver should I use, and at what setting? Compares solvers on the problems of a safety filter."""
 
     problems: tuple[Path, ...] = ()
-    """Files of your own, as SafeAction(..., record=FILE) writes them, in place of the sets that come with the package."""
+    """Files of your own, as SafeAction(..., record=FILE) writes them, in place of the sets of the package."""
     sets: tuple[str, ...] = ()
     """Names of sets that come with the package; all if none is named."""
     backends: tuple[str, ...] = ()
@@ -100,7 +102,11 @@ def compare(options: Options, console: Console) -> Summary:
             lambda done, total, title: status.update(f"{done} of {total}: {title}"),
         )
     summary = Summary.of(comparison, options.budget)
-    for path, write in ((options.json, write_json), (options.csv, write_csv), (options.html, write_report)):
+    for path, write in (
+        (options.json, write_json),
+        (options.csv, write_csv),
+        (options.html, write_report),
+    ):
         if path is not None:
             write(path, summary)
             console.print(f"wrote {path}")
@@ -157,4 +163,5 @@ def _plan(options: Options) -> Plan:
         time_limit=options.time_limit,
         loop_steps=steps,
         has_all_loops=not options.quick,
+        seconds=QUICK_SECONDS if options.quick else math.inf,
     )

@@ -12,8 +12,8 @@ from typing import NamedTuple
 from safefilter.backend_answer import LINEAR_BACKEND, Solvers
 from safefilter.backends.registry import is_registered, make_backend
 
-# What `SafetyFilter` asks of solvers by default, 1 nm/s, at the speed limit of the paper's robots, 0.2 m/s; relative, so
-# that problems of other scales are judged alike.
+# What `SafetyFilter` asks of solvers by default, 1 nm/s, at the speed limit of the paper's robots, 0.2 m/s; relative,
+# so that problems of other scales are judged alike.
 ACCURACY = 5e-9
 
 

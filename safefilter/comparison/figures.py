@@ -50,18 +50,25 @@ def latency_figure(summary: Summary, kind: str) -> Figure:
         ax.plot([low, high], [y, y], color=colour, linewidth=5.0, solid_capstyle="butt")
         ax.plot(middle, y, marker="|", color="black", markersize=8, zorder=3)
     ax.axvline(1e3 * summary.budget, color="#d55e00", linestyle="--", linewidth=1.2)
-    ax.set(xscale="log", xlabel="time of a decision in ms (dashed: the budget)", yticks=range(len(names)))
+    ax.set(
+        xscale="log",
+        xlabel="time of a decision in ms (dashed: the budget)",
+        yticks=range(len(names)),
+    )
     ax.set_yticklabels(names)
     ax.set_ylim(-0.6, len(names) - 0.4)
     ax.grid(axis="x", which="both", alpha=0.25)
-    _settings_legend(ax, [s for s in Setting if _has(summary, s)], "lower right")
+    _settings_legend(ax, [s for s in Setting if _has(summary, s)], "upper right")
     return figure
 
 
 def violation_figure(summary: Summary, kind: str) -> Figure:
     """Worst violation of the raw answers against the median time; hollow where the filter refused more than 1 %."""
     figure, ax = _axes(5.0)
-    standings = standings_of(summary.comparison, groups_of(summary.comparison.sets)[kind], summary.budget)
+    ax.set(xscale="log", yscale="log")
+    standings = standings_of(
+        summary.comparison, groups_of(summary.comparison.sets)[kind], summary.budget
+    )
     labelled: set[str] = set()
     for contender, measures in standings:
         if math.isnan(measures.worst_excess):
@@ -78,17 +85,23 @@ def violation_figure(summary: Summary, kind: str) -> Figure:
             linestyle="none",
             markersize=7,
         )
-        # One name a backend: at its default setting, where they are furthest apart.
+        # One name a backend, on different heights where they crowd.
         if contender.backend not in labelled:
-            labelled.add(contender.backend)
             ax.annotate(
-                contender.backend, (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7
+                contender.backend,
+                (x, y),
+                xytext=(4, 10 + 13 * (len(labelled) % 5)),
+                textcoords="offset points",
+                fontsize=7,
+                arrowprops={"arrowstyle": "-", "linewidth": 0.5, "color": "#57606a"},
             )
-    ax.axhspan(FLOOR / 3.0, SAFE_EXCESS, color="#009e73", alpha=0.08)
+            labelled.add(contender.backend)
+    lowest, highest = ax.get_ylim()
+    lowest, highest = min(lowest, SAFE_EXCESS) / 30.0, max(highest, SAFE_EXCESS) * 30.0
+    ax.axhspan(lowest, SAFE_EXCESS, color="#009e73", alpha=0.08)
     ax.axvline(1e3 * summary.budget, color="#d55e00", linestyle="--", linewidth=1.2)
     ax.set(
-        xscale="log",
-        yscale="log",
+        ylim=(lowest, highest),
         xlabel="median time of a decision in ms (dashed: the budget)",
         ylabel="worst violation, in parts of $v_{max}$",
     )
@@ -110,6 +123,14 @@ def profile_figure(summary: Summary, kind: str) -> Figure:
         if len(times := _own_times(summary, kind, Contender(name, setting)))
     }
     figure, ax = _axes(5.0)
+    ax.set(
+        xscale="log",
+        xlim=(1.0, FARTHEST_RATIO),
+        ylim=(0.0, 1.02),
+        xlabel=f"time of a decision over the fastest's, at the setting '{setting.title}'",
+        ylabel="share of problems decided",
+    )
+    ax.grid(alpha=0.25)
     if not own:
         return figure
     best = np.min(list(own.values()), axis=0)
@@ -123,14 +144,6 @@ def profile_figure(summary: Summary, kind: str) -> Figure:
         y = np.concatenate([[0.0], share[reached], [share[reached].max(initial=0.0)]])
         dash = ("-", "--", ":")[k % 3]
         ax.step(x, y, where="post", label=name, color=colours(k), linestyle=dash, linewidth=1.6)
-    ax.set(
-        xscale="log",
-        xlim=(1.0, FARTHEST_RATIO),
-        ylim=(0.0, 1.02),
-        xlabel=f"time of a decision over the fastest's, at the setting '{setting.title}'",
-        ylabel="share of problems decided",
-    )
-    ax.grid(alpha=0.25)
     ax.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return figure
 
@@ -143,7 +156,9 @@ def _axes(height: float) -> tuple[Figure, Axes]:
 def _times(summary: Summary, kind: str, contender: Contender) -> FloatArray:
     """Times of the decisions that came back, in s."""
     sets = groups_of(summary.comparison.sets)[kind]
-    times = [one.attempt.total for one in judged(summary.comparison, contender, Mode.SEQUENCE, sets)]
+    times = [
+        one.attempt.total for one in judged(summary.comparison, contender, Mode.SEQUENCE, sets)
+    ]
     return np.array([time for time in times if not math.isnan(time)])
 
 

@@ -2,7 +2,8 @@
 
 Variables are the velocities of k robots in a space of s dimensions, within [-1, 1] each: one drone among moving
 obstacles (3), two drones (6), four drones (12), 25 robots in a plane (50). A barrier for each pair that is near,
-``h = |p_i - p_j|^2 - d^2``, and for each obstacle. Some robots are too near already, so that barriers contradict each other.
+``h = |p_i - p_j|^2 - d^2``, and for each obstacle. Some robots are too near already, so that barriers contradict each
+other.
 
 Letters: k robots, s dimensions of space. Lengths in units of the box.
 """
@@ -38,6 +39,7 @@ def barrier_problems(
 ) -> list[Problem]:
     """Make problems, several decisions in a row from each start; those without any barrier are left out."""
     problems: list[Problem] = []
+    num_starts = 0
     while len(problems) < number:
         # A multiple of 1/64 each: exact arithmetic is faster on short numbers.
         width = (0.9 if num_robots < CROWD else 1.2) * num_robots ** (1.0 / space)
@@ -53,7 +55,7 @@ def barrier_problems(
             rows = _rows(barriers, num_robots * space)
             problems.append(
                 Problem.of(
-                    f"start {len(problems) // STEPS}",
+                    f"start {num_starts}",
                     wanted,
                     rows.normals[0][rows.present[0]],
                     rows.offsets[0][rows.present[0]],
@@ -62,6 +64,7 @@ def barrier_problems(
                     radius=float(np.sqrt(num_robots * space)),
                 )
             )
+        num_starts += bool(barriers or step)
     return problems
 
 

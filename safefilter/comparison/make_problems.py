@@ -1,7 +1,8 @@
 """Make the problem sets that come with the package: ``python -m safefilter.comparison.make_problems``.
 
 The same seed makes the same files, bit for bit, on the same machine and versions; on others the last bits of sines may
-differ. Right answers are found in rational arithmetic and written beside the problems: for 50 variables that takes a minute.
+differ. Right answers are found in rational arithmetic and written beside the problems: for 50 variables that takes a
+minute.
 """
 
 from __future__ import annotations

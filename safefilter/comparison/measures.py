@@ -1,7 +1,7 @@
 """Measures: what a contender's attempts come to.
 
-Rates are shares of the problems that they are about; a rate of nothing is NaN. Violations, distances and gaps are relative to
-the largest action, v_max for robots, unless a name says otherwise. Times in s.
+Rates are shares of the problems that they are about; a rate of nothing is NaN. Violations, distances and gaps are
+relative to the largest action, v_max for robots, unless a name says otherwise. Times in s.
 """
 
 from __future__ import annotations

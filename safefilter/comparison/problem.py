@@ -1,7 +1,7 @@
 """Problem: one decision that a solver is asked for, apart from any scene; ProblemSet: many of them under a name.
 
-Rows are those of `HalfSpaces`, ``normals @ v >= offsets``: the filter makes Case-2's and Case-3's programs of them, and so
-does the comparison.
+Rows are those of `HalfSpaces`, ``normals @ v >= offsets``: the filter makes Case-2's and Case-3's programs of them,
+and so does the comparison.
 
 Letters: M rows, d dimensions. Everything in the unit of the action, m/s for robots.
 """
@@ -19,7 +19,6 @@ from safefilter.arrays import BoolArray, FloatArray, finite_array, frozen, posit
 from safefilter.decision import Case
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
-
 
 # Kinds of sets: the built-in solver works in the plane.
 PLANE = "all in the plane"

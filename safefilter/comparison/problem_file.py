@@ -7,9 +7,10 @@ The first line is an object that says what follows; each further line is one pro
     {"sequence": "robot 3", "scale": 0.2, "radius": 0.2, "padding": 0, "wanted": [0.2, 0],
      "rows": [[0.6, 0.8, 0.1], ...], "hard": [0, ...], "answer": {"case": 2, "margin": -0.1, "point": [0.1, 0.05]}}
 
-A row is its unit normal and then its offset: ``normal @ v >= offset``. ``hard`` is 1 for rows that are never given up. Rows
-that all problems begin with, such as the polygon of allowed velocities, stand in the first line once. ``radius`` is null if
-nothing bounds the actions; ``padding`` and ``answer`` may be missing. Numbers are written so that the same float64 is read back.
+A row is its unit normal and then its offset: ``normal @ v >= offset``. ``hard`` is 1 for rows that are never given
+up. Rows that all problems begin with, such as the polygon of allowed velocities, stand in the first line once.
+``radius`` is null if nothing bounds the actions; ``padding`` and ``answer`` may be missing. Numbers are written so
+that the same float64 is read back.
 
 A line that was cut off at the very end, because the recording process died, is left out when reading.
 """
@@ -27,7 +28,7 @@ import numpy as np
 from safefilter.arrays import FloatArray, finite_array
 from safefilter.comparison.problem import Problem, ProblemSet, Truth
 from safefilter.decision import Case
-from safefilter.errors import InvalidInput
+from safefilter.errors import InvalidInput, ShapeError
 
 FORMAT = "safefilter-problems"
 VERSION = 1
@@ -120,9 +121,11 @@ def read_problems(path: Path) -> ProblemSet:
 
 
 def _problem(entry: Mapping[str, Any], shared: Mapping[str, Any]) -> Problem:
-    wanted = entry["wanted"]
-    rows = np.array([*shared["rows"], *entry["rows"]], dtype=np.float64)
-    rows = rows.reshape(-1, len(wanted) + 1)
+    wanted, listed = entry["wanted"], [*shared["rows"], *entry["rows"]]
+    size = len(wanted) + 1
+    if any(len(row) != size for row in listed):
+        raise ShapeError(f"rows: expected {size} numbers each, a normal and its offset")
+    rows = np.array(listed, dtype=np.float64).reshape(-1, size)
     return Problem.of(
         str(entry["sequence"]),
         wanted,
@@ -199,5 +202,6 @@ def _table(problem: Problem) -> FloatArray:
 
 def _num_equal(one: FloatArray, other: FloatArray) -> int:
     least = min(len(one), len(other))
-    differs = (one[:least] != other[:least]).any(axis=1)
+    # As bits: -0.0 is not to become 0.0.
+    differs = (one[:least].view(np.int64) != other[:least].view(np.int64)).any(axis=1)
     return int(np.argmax(differs)) if differs.any() else least

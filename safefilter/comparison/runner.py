@@ -1,13 +1,14 @@
-"""compare_backends: every contender on every problem, in turns, in a process that may hang or die without stopping the run.
+"""compare_backends: every contender on every problem, in turns, in a process that may hang or die.
 
-In each round every problem goes to all contenders before the next problem does, in an order that changes from problem to
-problem: a busy moment of the machine falls on all of them.
+In each round every problem goes to all contenders before the next problem does, in an order that changes from problem
+to problem: a busy moment of the machine falls on all of them. What hangs or dies does not stop the run.
 
 Times in s.
 """
 
 from __future__ import annotations
 
+import math
 import pickle
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -37,6 +38,8 @@ WARM_UP_PROBLEMS = 2
 TRUTH_SECONDS = 20.0
 LOOP_SECONDS = 120.0
 LOOP_STEPS = 120
+# Part of the time of a run that decisions get; crossings get the rest.
+FOR_DECISIONS = 2.0 / 3.0
 
 Key = tuple[Contender, Mode, str]
 Progress = Callable[[int, int, str], None]
@@ -50,12 +53,14 @@ class Plan(NamedTuple):
         time_limit: Seconds that a decision may take.
         loop_steps: Steps of each crossing at most; 0 for none.
         has_all_loops: Does every setting of a backend cross, trusted? The first one only otherwise.
+        seconds: When the run is cut short, in s; decisions get the first two thirds, crossings the rest.
     """
 
     rounds: int = 3
     time_limit: float = 5.0
     loop_steps: int = LOOP_STEPS
     has_all_loops: bool = True
+    seconds: float = math.inf
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +74,7 @@ class Comparison:
         contenders: Who took part.
         attempts: By contender, mode and name of the set: one attempt a problem and round.
         crossings: By contender: trusted and verified, as far as they came to an end.
+        left_out: How many tasks were left out because the run was cut short.
         seconds: What the run took.
     """
 
@@ -78,6 +84,7 @@ class Comparison:
     contenders: tuple[Contender, ...]
     attempts: Mapping[Key, Sequence[Attempt]]
     crossings: Mapping[Contender, Sequence[Crossing]]
+    left_out: int
     seconds: float
 
 
@@ -133,9 +140,12 @@ class _Run:
         try:
             self._find_truths()
             tasks = [*self._decisions(), *self._drives()]
+            left_out = 0
             for done, (task, is_counted) in enumerate(tasks):
                 self._progress(done, len(tasks), self._title(task))
-                if isinstance(task, Decide):
+                if self._is_late(task):
+                    left_out += is_counted
+                elif isinstance(task, Decide):
                     self._decide(task, is_counted=is_counted)
                 else:
                     self._drive(task)
@@ -148,8 +158,13 @@ class _Run:
             contenders=self._contenders,
             attempts=dict(self._attempts),
             crossings=dict(self._crossings),
+            left_out=left_out,
             seconds=monotonic() - self._start,
         )
+
+    def _is_late(self, task: Task) -> bool:
+        share = FOR_DECISIONS if isinstance(task, Decide) else 1.0
+        return monotonic() - self._start > share * self._plan.seconds
 
     def _new_child(self) -> ChildProcess:
         names = {contender.backend for contender in self._contenders}
@@ -218,18 +233,27 @@ class _Run:
         return fate
 
     def _decisions(self) -> list[tuple[Task, bool]]:
-        """Tasks, and whether they count."""
-        tasks: list[tuple[Task, bool]] = []
+        """Tasks, and whether they count; sets take turns, so that a run that is cut short has seen some of each."""
+        tasks: list[tuple[Task, bool]] = [(task, False) for task in self._warm_up()]
+        longest = max(len(problems) for problems in self._sets)
+        for turn in range(self._plan.rounds):
+            for k in range(longest):
+                for number in range(len(self._sets)):
+                    if k < len(self._sets[number]):
+                        order = self._turned(k + turn)
+                        modes = (Mode.COLD, Mode.SEQUENCE) if turn == 0 else (Mode.SEQUENCE,)
+                        tasks += [(Decide(number, k, mode, order), True) for mode in modes]
+        return tasks
+
+    def _warm_up(self) -> list[Decide]:
+        """The first problems of each set; cold only once: nothing is kept there but what is imported and compiled."""
+        tasks = []
         for number, problems in enumerate(self._sets):
-            size = len(problems)
-            for mode in Mode:
-                for k in range(min(WARM_UP_PROBLEMS, size)):
-                    tasks.append((Decide(number, k, mode, self._contenders), False))
-            for k in range(size):
-                tasks.append((Decide(number, k, Mode.COLD, self._turned(k)), True))
-            for turn in range(self._plan.rounds):
-                for k in range(size):
-                    tasks.append((Decide(number, k, Mode.SEQUENCE, self._turned(k + turn)), True))
+            modes = Mode if number == 0 else (Mode.SEQUENCE,)
+            size = min(WARM_UP_PROBLEMS, len(problems))
+            tasks += [
+                Decide(number, k, mode, self._contenders) for mode in modes for k in range(size)
+            ]
         return tasks
 
     def _drives(self) -> list[tuple[Task, bool]]:
@@ -252,7 +276,7 @@ class _Run:
     def _decide(self, task: Decide, *, is_counted: bool) -> None:
         name = self._sets[task.problems].name
         left = [c for c in task.contenders if self._strikes[c] < MOST_STRIKES]
-        replies = {c: Attempt(Fate.STRUCK) for c in task.contenders if c not in left}
+        replies: dict[Contender, Attempt] = {}
         while left:
             self._send(task._replace(contenders=tuple(left)))
             # Warming up includes imports and compiling.
@@ -267,9 +291,14 @@ class _Run:
                 fate = reply if isinstance(reply, Fate) else Fate.KILLED
                 replies[contender] = Attempt(fate)
                 self._strikes[contender] += 1
+                if is_counted:
+                    # The process is a new one.
+                    self._decide(task._replace(number=0, contenders=tuple(left)), is_counted=False)
+                    left = [c for c in left if self._strikes[c] < MOST_STRIKES]
                 break
         if is_counted:
-            for contender, attempt in replies.items():
+            for contender in task.contenders:
+                attempt = replies.get(contender, Attempt(Fate.STRUCK))
                 self._attempts[contender, task.mode, name].append(attempt)
 
     def _drive(self, task: Task) -> None:

@@ -11,6 +11,8 @@ from safefilter.errors import InvalidInput
 
 FOLDER = Path(__file__).parent / "problems"
 SUFFIX = ".jsonl"
+# For qpbenchmark, which loads a test set by the path of its file.
+TEST_SET = Path(__file__).parent / "safety_programs.py"
 
 # In the order of reports: from what robots meet to what is made to be hard, then more variables.
 SHIPPED = (

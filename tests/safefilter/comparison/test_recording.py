@@ -54,7 +54,9 @@ def safety() -> sf.SafetyFilter:
     return sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(DT)], sf.Holonomic(V_MAX))
 
 
-def drive(env: gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.floating]]) -> list[FloatArray]:
+def drive(
+    env: gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.floating]],
+) -> list[FloatArray]:
     """Two episodes straight ahead; what executed where the filter intervened."""
     executed = []
     for _ in range(2):
