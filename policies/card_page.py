@@ -173,11 +173,12 @@ def _summary(path: Path, folder: Path) -> dict[str, Json]:
 
 def _table(rows: Sequence[dict[str, Json]]) -> str:
     names = list(rows[0])
-    lines = [names, ["---"] * len(names), *([row[name] for name in names] for row in rows)]
+    lines: list[list[Json]] = [[*names], ["---"] * len(names)]
+    lines += [[row[name] for name in names] for row in rows]
     return "".join(f"| {' | '.join(_cell(value) for value in line)} |\n" for line in lines)
 
 
-def _cell(value: object) -> str:
+def _cell(value: Json) -> str:
     return str(value).replace("|", r"\|").replace("\n", " ")
 
 
