@@ -56,7 +56,7 @@ def mutants_of(source: str) -> Iterator[Mutant]:
                 setattr(twin, field, value)
             ast.fix_missing_locations(other)
             yield Mutant(
-                place.lineno,  # type: ignore[attr-defined]  # expressions and statements have one
+                _position(place)[0],
                 _line_of(place),
                 _line_of(changed),
                 ast.unparse(other),
@@ -84,7 +84,12 @@ def _places(tree: ast.Module) -> list[ast.AST]:
         for node in ast.walk(tree)
         if isinstance(node, changeable | statements) and id(node) not in hidden
     ]
-    return sorted(found, key=lambda node: (node.lineno, node.col_offset, ast.unparse(node)))
+    return sorted(found, key=lambda node: (_position(node), ast.unparse(node)))
+
+
+def _position(node: ast.AST) -> tuple[int, int]:
+    # Expressions and statements have one.
+    return getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
 
 
 def _changes(node: ast.AST) -> Iterator[ast.AST]:

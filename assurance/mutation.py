@@ -1,8 +1,8 @@
 """Run the tests of a file against each of its mutants: ``python -m assurance.mutation``.
 
 A mutant that no test fails for survives: either a test is missing, or the mutant is no mistake. Those that are known to
-be none, and why, are in ``docs/testing.md``. Outcomes are kept in ``out/mutants.jsonl``, so that a run goes on where the
-last one stopped; delete the file to begin anew. Not part of `make test`: it takes hours.
+be none, and why, are in ``docs/testing.md``. Outcomes are kept in ``out/mutants.jsonl``, so that a run goes on where
+the last one stopped; delete the file to begin anew. Not part of `make test`: it takes hours.
 
 Kernels are interpreted, and each mutant has a process of its own, forked from one that has imported what is slow to
 import.

@@ -33,6 +33,9 @@ _CHECKSUM = ',"crc32":"'
 _FIRST = f'{{"format":"{FORMAT}"'
 _TAIL = len(_CHECKSUM) + len('00000000"}')
 
+# A thousand robots for an hour; in memory it takes several times as much.
+MAX_BYTES = 2**30
+
 
 class RecordingFileError(InvalidInput):
     """A file is no recording, or not as it was written; the message names file, line and reason."""
@@ -134,6 +137,11 @@ def _checked_lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     """
     checksum = 0
     try:
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise RecordingFileError(
+                f"{path}: expected at most {MAX_BYTES} bytes, got {size}; what is read stays in memory"
+            )
         with path.open(encoding="utf-8", newline="\n") as file:
             for number, line in enumerate(file, 1):
                 if number == 1 and line and not _begins_alike(line, _FIRST):
@@ -150,7 +158,9 @@ def _checked_lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
                 if not isinstance(record, dict):
                     raise RecordingFileError(f"{path}:{number}: expected an object")
                 yield number, record
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except RecordingFileError:
+        raise
+    except (OSError, ValueError, RecursionError) as error:
         raise RecordingFileError(f"{path}: cannot be read: {error}") from error
 
 
@@ -188,7 +198,7 @@ def _naming(path: Path, number: int) -> Iterator[None]:
         yield
     except KeyError as error:
         raise RecordingFileError(f"{path}:{number}: {error} is missing") from error
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, OverflowError) as error:
         raise RecordingFileError(f"{path}:{number}: {error}") from error
 
 

@@ -29,11 +29,10 @@ def wrong_sides(
     *,
     within: float = PASSING_RANGE,
 ) -> tuple[BoolArray, BoolArray]:
-    """Who has the nearest oncoming robot on the right, and who draws near a slower one on its right side.
+    """Who has an oncoming robot on the right, and who draws near a slower one on its right side.
 
-    Norm-1, pass on the right: the nearest oncoming robot ahead belongs on the left-hand side. One at a time: where
-    several come abreast, nobody can have all of them there. Norm-2, overtake on the left: a robot ahead that goes the
-    same way, more slowly, belongs on the right-hand side. One dead ahead is on no side.
+    Norm-1, pass on the right: an oncoming robot ahead belongs on the left-hand side. Norm-2, overtake on the left: a
+    robot ahead that goes the same way, more slowly, belongs on the right-hand side. One dead ahead is on no side.
 
     Args:
         velocity: Shape (W, N, 2), in m/s.
@@ -85,19 +84,17 @@ def _judge_worlds(  # noqa: PLR0917  # a kernel takes arrays, not records
             if not present[w, i]:
                 continue
             cosine, sine = facing[w, i, 0], facing[w, i, 1]
-            nearest = within * within
             for j in range(num_robots):
                 x = position[w, j, 0] - position[w, i, 0]
                 y = position[w, j, 1] - position[w, i, 1]
-                ahead, squared = cosine * x + sine * y, x * x + y * y
+                ahead = cosine * x + sine * y
                 # A robot is not ahead of itself, nor is anyone ahead of a robot that faces nowhere.
-                if ahead <= 0.0 or squared > within * within or not present[w, j]:
+                if ahead <= 0.0 or x * x + y * y > within * within or not present[w, j]:
                     continue
                 left = cosine * y - sine * x
                 alignment = cosine * facing[w, j, 0] + sine * facing[w, j, 1]
-                if alignment < -COSINE_OF_SECTOR and squared <= nearest:
-                    nearest = squared
-                    passing[w, i] = left < 0.0
+                if alignment < -COSINE_OF_SECTOR:
+                    passing[w, i] |= left < 0.0
                 elif alignment > COSINE_OF_SECTOR:
                     x = velocity[w, i, 0] - velocity[w, j, 0]
                     y = velocity[w, i, 1] - velocity[w, j, 1]

@@ -54,7 +54,7 @@ def write_weights(path: str | Path, weights: Weights) -> None:
         CheckpointTooLarge: If it would be too large to be read.
     """
     path = _named(path)
-    text = json.dumps(_describe(weights), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json.dumps(described(weights), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     texts = {"format": FORMAT, "card": text, "replaces": _checksum_beside(path)}
     content = TensorFile(weights.arrays, texts).content()
     if len(text.encode()) > MAX_CARD_BYTES or len(content) > MAX_BYTES:
@@ -90,15 +90,15 @@ def read_weights(path: str | Path) -> Weights:
         raise CheckpointForeign(
             f"{path}: tensors, but not weights of this package; write them with policies.checkpoint.write_weights"
         )
-    described = _parsed(file.texts["card"], path)
-    if _checksum(file.arrays, described) != described.get("sha256"):
+    said = _parsed(file.texts["card"], path)
+    if _checksum(file.arrays, said) != said.get("sha256"):
         raise CheckpointAltered(f"{path}: tensors or card were changed after they were written")
-    _require_same_card(path, described, file.texts.get("replaces", ""))
+    _require_same_card(path, said, file.texts.get("replaces", ""))
     try:
-        card = Card.of(described.get("card"), "its card")
+        card = Card.of(said.get("card"), "its card")
         # Their type is for `Weights` to check.
         arrays = cast("Mapping[str, Float32Array]", file.arrays)
-        return Weights(arrays, _layout(described), card)
+        return Weights(arrays, layout_of(said), card)
     except CheckpointError as error:
         raise type(error)(f"{path}: {error}") from error
 
@@ -110,9 +110,13 @@ def _named(path: str | Path) -> Path:
     return path
 
 
-def _describe(weights: Weights) -> dict[str, Json]:
-    """Everything that is not a tensor."""
-    described: dict[str, Json] = {
+def described(weights: Weights) -> dict[str, Json]:
+    """Everything that is said of weights, with a checksum over it and over the tensors: what the JSON file holds.
+
+    Args:
+        weights: What was learnt.
+    """
+    said: dict[str, Json] = {
         "format": FORMAT,
         "version": VERSION,
         "observation": _observation(weights.layout),
@@ -120,7 +124,7 @@ def _describe(weights: Weights) -> dict[str, Json]:
         "tensors": {name: list(array.shape) for name, array in sorted(weights.arrays.items())},
         "card": weights.card.plain(),
     }
-    return {"sha256": _checksum(weights.arrays, described), **described}
+    return {"sha256": _checksum(weights.arrays, said), **said}
 
 
 def _observation(layout: ObservationLayout) -> dict[str, Json]:
@@ -132,13 +136,21 @@ def _observation(layout: ObservationLayout) -> dict[str, Json]:
     return {**asdict(layout), "blocks": blocks}
 
 
-def _layout(described: Mapping[str, Json]) -> ObservationLayout:
-    if described.get("version") != VERSION:
+def layout_of(said: Mapping[str, Json]) -> ObservationLayout:
+    """The layout of observations that `described` told.
+
+    Args:
+        said: What it returned once.
+
+    Raises:
+        CheckpointForeign: If it is of another version, or numbers mean something else today.
+    """
+    if said.get("version") != VERSION:
         raise CheckpointForeign(
-            f"expected version {VERSION}, got {described.get('version')!r}; "
+            f"expected version {VERSION}, got {said.get('version')!r}; "
             "read it with the release that wrote it"
         )
-    observation = described.get("observation")
+    observation = said.get("observation")
     try:
         settings = dict(observation) if isinstance(observation, dict) else {}
         settings.pop("blocks", None)
@@ -153,20 +165,20 @@ def _layout(described: Mapping[str, Json]) -> ObservationLayout:
     return layout
 
 
-def _checksum(arrays: Mapping[str, AnyArray], described: Mapping[str, Json]) -> str:
-    """Over all tensors and everything that is said of them."""
-    said = {name: value for name, value in described.items() if name != "sha256"}
-    return TensorFile(arrays, {"said": json.dumps(said, sort_keys=True)}).checksum("said")
+def _checksum(arrays: Mapping[str, AnyArray], said: Mapping[str, Json]) -> str:
+    """Over all tensors and everything that is said of them, but the checksum itself."""
+    signed = {name: value for name, value in said.items() if name != "sha256"}
+    return TensorFile(arrays, {"said": json.dumps(signed, sort_keys=True)}).checksum("said")
 
 
 def _parsed(text: str, path: Path) -> dict[str, Json]:
     try:
-        described = json.loads(text)
+        said = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise CheckpointAltered(f"{path}: its card is no JSON: {error}") from error
-    if not isinstance(described, dict):
+    if not isinstance(said, dict):
         raise CheckpointForeign(f"{path}: its card is no object")
-    return described
+    return said
 
 
 def _checksum_beside(path: Path) -> str:
@@ -179,7 +191,7 @@ def _checksum_beside(path: Path) -> str:
     return checksum if isinstance(checksum, str) else ""
 
 
-def _require_same_card(path: Path, described: Mapping[str, Json], replaced: str) -> None:
+def _require_same_card(path: Path, said: Mapping[str, Json], replaced: str) -> None:
     """The card beside the file is its own, or the one that it was going to replace, or not there.
 
     Raises:
@@ -191,7 +203,7 @@ def _require_same_card(path: Path, described: Mapping[str, Json], replaced: str)
     except CheckpointMissing:
         return
     found = _parsed(text, beside)
-    if found != described and (not replaced or found.get("sha256") != replaced):
+    if found != said and (not replaced or found.get("sha256") != replaced):
         raise CheckpointAltered(
             f"{beside}: not the card of {path.name}; bring back the one that belongs to it, or delete it: "
             f"{path.name} holds a copy"

@@ -101,11 +101,15 @@ class Filtering:
                 return SafetyFilter([orca], drive)
 
 
+RIGHT_BIAS = 0.25
+"""Of ours, in rad: robots that push each other turn to the right, so that all learn the same side, norm-1."""
 OFF = Filtering("off")
 """No filter."""
-OURS = Filtering("ours", walls="lidar")
+OURS = Filtering("ours", walls="lidar", leg="norm", right_bias=RIGHT_BIAS)
 """Ours without a map."""
-OURS_WITH_MAP = Filtering("ours")
-"""Ours where walls are known."""
+OURS_WITH_MAP = replace(OURS, walls="map")
+"""Ours where walls are known; what policies are trained through."""
+IMPARTIAL = Filtering("ours")
+"""The same without a side: for policies that know no norms."""
 LITERAL = Filtering("literal")
 """The paper's."""

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from envs.navigation import Navigation
-from envs.observation_layout import Observations
+from envs.observation_layout import ObservationLayout, Observations
 from envs.world import World
 from policies.action_map import to_command
 from policies.checkpoint_errors import TensorError
@@ -73,12 +73,7 @@ class LearnedPolicy:
         Raises:
             TensorError: If the navigation's observations are laid out differently.
         """
-        layout = navigation.observer.layout
-        if layout != weights.layout:
-            raise TensorError(
-                f"the weights observe {weights.layout}, the navigation gives {layout}; "
-                "make it with Navigation(..., layout=weights.layout)"
-            )
+        require_layout(weights.layout, navigation)
         return cls(weights, navigation.observe, is_deterministic=is_deterministic, name=name)
 
     def act(self, world: World, rng: np.random.Generator, /) -> FloatArray:
@@ -88,16 +83,7 @@ class LearnedPolicy:
             InvalidInput: If robots are not differential drives.
             ShapeError: If the observations are of another shape.
         """
-        if not world.is_differential:
-            raise InvalidInput(
-                "a learned policy gives commands (v, w): make the fleet with kinematics='differential'"
-            )
-        observation = self._observe()
-        expected = (*world.v_max.shape, self.weights.layout.size)
-        if observation.shape != expected:
-            raise ShapeError(
-                f"observations: expected shape {expected} for {self.weights.layout}, got {observation.shape}"
-            )
+        observation = checked_observations(self._observe(), world, self.weights.layout)
         under_way = world.active
         raw = self.mean(observation[under_way]).astype(np.float64)
         if not self.is_deterministic:
@@ -125,3 +111,65 @@ class LearnedPolicy:
         weight, bias = self._layers[-1]
         mean: Float32Array = signal @ weight + bias
         return mean
+
+    def command(
+        self, observation: Observations, v_max: FloatArray, omega_max: FloatArray
+    ) -> FloatArray:
+        """Commands of the mean actions of B robots, for use without a world.
+
+        Args:
+            observation: Shape (B, F).
+            v_max: Greatest speeds, shape (B,), in m/s.
+            omega_max: Greatest turn rates, shape (B,), in rad/s.
+
+        Returns:
+            Shape (B, 2), in m/s and rad/s.
+        """
+        return to_command(self.mean(observation).astype(np.float64), v_max, omega_max)
+
+
+def require_layout(layout: ObservationLayout, navigation: Navigation) -> None:
+    """A navigation gives the observations that a policy was trained on.
+
+    Args:
+        layout: What the policy observes.
+        navigation: Worlds.
+
+    Raises:
+        TensorError: If they are laid out differently.
+    """
+    given = navigation.observer.layout
+    if given != layout:
+        raise TensorError(
+            f"the weights observe {layout}, the navigation gives {given}; "
+            "make it with Navigation(..., layout=weights.layout)"
+        )
+
+
+def checked_observations(
+    observation: Observations, world: World, layout: ObservationLayout
+) -> Observations:
+    """Observations that a policy of differential drives can use.
+
+    Args:
+        observation: Of all robots.
+        world: Worlds that they are of.
+        layout: How they are to be laid out.
+
+    Returns:
+        The same, shape (W, N, F).
+
+    Raises:
+        InvalidInput: If robots are not differential drives.
+        ShapeError: If the observations are of another shape.
+    """
+    if not world.is_differential:
+        raise InvalidInput(
+            "a learned policy gives commands (v, w): make the fleet with kinematics='differential'"
+        )
+    expected = (*world.v_max.shape, layout.size)
+    if observation.shape != expected:
+        raise ShapeError(
+            f"observations: expected shape {expected} for {layout}, got {observation.shape}"
+        )
+    return observation

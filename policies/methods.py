@@ -14,7 +14,7 @@ from envs.observation_layout import ObservationLayout
 from policies.checkpoint import read_weights
 from policies.checkpoint_errors import CheckpointMissing
 from policies.evaluation import PolicyFactory
-from policies.filtering import LITERAL, OFF, OURS, OURS_WITH_MAP, Filtering
+from policies.filtering import IMPARTIAL, LITERAL, OFF, OURS, OURS_WITH_MAP, Filtering
 from policies.hybrid import Hybrid
 from policies.lateness import PUNCTUAL, Lateness
 from policies.learned_policy import LearnedPolicy
@@ -63,15 +63,12 @@ class Method:
     about: str = ""
 
 
-_OURS = replace(OURS, leg="norm")
-_OURS_WITH_MAP = replace(OURS_WITH_MAP, leg="norm")
-
 _ALL = (
     Method(
         "nh-orca",
         "NH-ORCA",
         "nh-orca",
-        OURS_WITH_MAP,
+        IMPARTIAL,
         about="Straight to the goal as far as ORCA lets it; knows the map, and our filter rules collisions out.",
     ),
     Method(
@@ -110,7 +107,7 @@ _ALL = (
         "srl-orca",
         "SRL-ORCA, ours",
         "learned",
-        _OURS,
+        OURS,
         "srl-orca",
         is_unpinned=True,
         about="Our policy behind our filter, walls from 360 beams alone.",
@@ -119,7 +116,7 @@ _ALL = (
         "srl-orca-map",
         "ours, with a map",
         "learned",
-        _OURS_WITH_MAP,
+        OURS_WITH_MAP,
         "srl-orca",
         is_unpinned=True,
         about="The same, but the filter knows the map; the policy does not.",
@@ -145,7 +142,7 @@ _ALL = (
         "srl-orca-late",
         "ours, late",
         "learned",
-        _OURS,
+        OURS,
         "srl-orca",
         Lateness(share=LATE_SHARE),
         is_unpinned=True,
@@ -164,7 +161,7 @@ _ALL = (
         "srl-orca-delayed",
         "ours, delayed",
         "learned",
-        _OURS,
+        OURS,
         "srl-orca",
         Lateness(steps=LATE_STEPS),
         is_unpinned=True,
@@ -174,7 +171,7 @@ _ALL = (
         "srl-orca-pinned",
         "ours, no way out",
         "learned",
-        _OURS,
+        OURS,
         "srl-orca",
         about="Ours without the way out for robots held at walls.",
     ),
@@ -182,13 +179,44 @@ _ALL = (
         "srl-orca-nearest",
         "ours, nearest leg",
         "learned",
-        OURS,
+        replace(OURS, leg="nearest"),
         "srl-orca",
         is_unpinned=True,
         about="Ours, but the filter takes the nearest leg of the velocity obstacle, not that of the norm.",
     ),
 )
-METHODS: dict[str, Method] = {method.name: method for method in _ALL}
+_ABLATIONS = {
+    "short": "Ours after the paper's number of training steps; what the rows below it leave one thing out of.",
+    "no-norms": "Nothing paid for passing right and overtaking left.",
+    "paper-reward": "The paper's weights, with its norm area and without explicit norms.",
+    "no-cap": "Trained behind the paper's filter, driven behind ours.",
+    "no-memory": "The policy remembers nothing.",
+}
+_MORE = (
+    Method(
+        "drl-cd-filtered",
+        "DRL-cd, filtered",
+        "learned",
+        OURS_WITH_MAP,
+        "drl-cd",
+        is_unpinned=True,
+        about="Learnt without a filter, driven behind ours, with a map.",
+    ),
+    *(
+        Method(name, name, "learned", OURS_WITH_MAP, name, is_unpinned=True, about=about)
+        for name, about in _ABLATIONS.items()
+    ),
+    Method(
+        "nearest-leg",
+        "nearest-leg",
+        "learned",
+        IMPARTIAL,
+        "nearest-leg",
+        is_unpinned=True,
+        about="Trained and driven behind a filter that knows no side.",
+    ),
+)
+METHODS: dict[str, Method] = {method.name: method for method in (*_ALL, *_MORE)}
 
 
 def find_method(name: str) -> Method:

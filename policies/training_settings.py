@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from envs.observation_layout import ObservationLayout
 from envs.reward import RewardWeights
 from policies.curiosity import CuriositySettings
-from policies.filtering import Filtering
+from policies.filtering import OURS_WITH_MAP, Filtering
 from policies.ppo import PPOSettings
 from safefilter.errors import OutOfRange
 
@@ -56,13 +56,13 @@ USUAL_REWARD = RewardWeights(
     forward=20.0,
     direction=0.3,
     time=-1.0,
-    norm=-0.3,
-    passing=-1.5,
+    norm=0.0,
+    passing=-1.25,
     overtaking=-2.0,
     intervention=-1.0,
 )
 """What made robots fast and polite; with the paper's weights they arrive as surely, but later: see docs/learning.md."""
-USUAL_FILTERING = Filtering("ours", leg="norm")
+USUAL_FILTERING = OURS_WITH_MAP
 USUAL_COURSE = CourseSettings()
 USUAL_PPO = PPOSettings()
 
@@ -84,7 +84,7 @@ class TrainingSettings:
     """
 
     seed: int = 1
-    num_steps: int = 5_000_000
+    num_steps: int = 10_000_000
     hidden: tuple[int, ...] = (128, 128)
     layout: ObservationLayout = USUAL_LAYOUT
     course: CourseSettings = USUAL_COURSE

@@ -5,7 +5,7 @@ Letters: B decisions, N robots, M rows, d dimensions.
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,9 @@ from safefilter.errors import NotFinite, OutOfRange, ShapeError
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
+
+# Floats, integers with and without sign, booleans.
+NUMBER_KINDS = "fiub"
 
 ArrayT = TypeVar("ArrayT", bound=npt.NDArray[np.generic])
 
@@ -29,6 +32,29 @@ def shape_text(shape: tuple[int | str, ...]) -> str:
     """Write a shape as people do: ``(N, 2)``."""
     inside = ", ".join(str(size) for size in shape)
     return f"({inside},)" if len(shape) == 1 else f"({inside})"
+
+
+def number_array(value: object, field: str, expected: str) -> npt.NDArray[Any]:
+    """Turn a value into an array of numbers as it is: a view of one that is an array already.
+
+    Args:
+        value: Anything.
+        field: What it is called in messages.
+        expected: What is expected, for the message.
+
+    Raises:
+        ShapeError: If rows differ in length, or something is no real number: text, None, a complex number.
+    """
+    try:
+        array: npt.NDArray[Any] = np.asarray(value)
+        # Python's own integers may be too large for any of numpy's, and still be numbers.
+        if array.dtype.kind == "O":
+            array = np.asarray(np.frompyfunc(float, 1, 1)(array), dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ShapeError(f"{field}: expected {expected}: {error}") from None
+    if array.dtype.kind not in NUMBER_KINDS:
+        raise ShapeError(f"{field}: expected {expected}, got {array.dtype}")
+    return array
 
 
 def array_code(array: npt.NDArray[np.generic]) -> str:
@@ -54,12 +80,8 @@ def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...])
         ShapeError: If the shape differs, or the value is not numeric.
         NotFinite: If an entry is NaN or infinite; the message names the row.
     """
-    try:
-        array = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise ShapeError(
-            f"{field}: expected numbers of shape {shape_text(shape)}: {error}"
-        ) from None
+    numbers = number_array(value, field, f"numbers of shape {shape_text(shape)}")
+    array = np.array(numbers, dtype=np.float64, order="C")
     matches = array.ndim == len(shape) and all(
         isinstance(expected, str) or size == expected
         for size, expected in zip(array.shape, shape, strict=True)
@@ -78,7 +100,7 @@ def per_robot(value: npt.ArrayLike, field: str, num_robots: int) -> FloatArray:
         ShapeError: If the value is neither a number nor of shape (N,).
         NotFinite: If an entry is NaN or infinite.
     """
-    array = np.asarray(value)
+    array = number_array(value, field, f"a number, or numbers of shape ({num_robots},)")
     if array.ndim == 0:
         array = np.broadcast_to(array, (num_robots,))
     return finite_array(array, field, (num_robots,))

@@ -17,6 +17,7 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
+from safefilter.arguments import require_flag
 from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array
 from safefilter.backend_answer import BackendAnswer, Solvers, ask_backend
 from safefilter.backends.backend import Status
@@ -28,7 +29,7 @@ from safefilter.constraints.priority_orca import PriorityORCA
 from safefilter.constraints.separation import Separation
 from safefilter.constraints.static_obstacles import StaticObstacles
 from safefilter.decision import Case, Decision, Fault
-from safefilter.decision_check import check_decision, refused
+from safefilter.decision_check import check_decision, refused, require_decision
 from safefilter.decision_record import Asked, decision_of, take_answer, write_rows
 from safefilter.errors import (
     BackendFailed,
@@ -142,6 +143,8 @@ class BoxDecisions:
         self, scene: AnyScene, action: npt.ArrayLike, decision: Decision, *, exact: bool
     ) -> tuple[Certificate, ...]:
         """Check decisions again."""
+        require_decision(decision, self._box.dimension)
+        require_flag(exact, "exact")
         posed = self._posed(scene, action, decision.index)
         unit, rows = self._box.unit, _in_unit(posed.rows, self._box.unit)
         claimed = replace(

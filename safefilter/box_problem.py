@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.arguments import require_kind
+from safefilter.arrays import BoolArray, FloatArray, IntArray, number_array
 from safefilter.constraints.constraint import AnyScene, Constraint
 from safefilter.errors import NotFinite, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
@@ -57,8 +58,8 @@ def actions_of(
         ShapeError: If the shape is another, or they are no numbers.
         NotFinite: If one is not finite and there is no fallback.
     """
-    asked = np.asarray(action)
-    if asked.shape[1:] != (box.dimension,) or asked.dtype.kind not in "fiu":
+    asked = number_array(action, "action", f"numbers of shape (B, {box.dimension})")
+    if asked.ndim != 2 or asked.shape[1:] != (box.dimension,) or asked.dtype.kind not in "fiu":
         raise ShapeError(
             f"action: expected numbers of shape (B, {box.dimension}), one row a decision, got {asked.dtype} of shape "
             f"{asked.shape}"
@@ -84,7 +85,7 @@ def entries_of(index: Sequence[int] | IntArray | None, num_decisions: int) -> In
     """
     if index is None:
         return np.arange(num_decisions)
-    entries = np.asarray(index)
+    entries = number_array(index, "index", f"an integer for each of {num_decisions} actions")
     if entries.shape != (num_decisions,) or entries.dtype.kind not in "iu":
         raise ShapeError(
             f"index: expected an integer for each of {num_decisions} actions, got {entries.dtype} of shape "
@@ -105,11 +106,13 @@ def rows_of(
     """Ask for all rows; the scene is handed on as it is.
 
     Raises:
-        ShapeError: If a constraint makes rows for another number of decisions or dimensions.
+        InvalidInput: If a constraint makes something else.
+        ShapeError: If it makes rows for another number of decisions or dimensions.
     """
     parts = [box.half_spaces(len(wanted))]
     for constraint in constraints:
         part = constraint.half_spaces(scene, wanted.copy(), entries)
+        require_kind(part, f"{constraint.name}: rows", HalfSpaces)
         if (part.num_decisions, part.dimension) != wanted.shape:
             raise ShapeError(
                 f"{constraint.name}: expected rows for {len(wanted)} decisions in {box.dimension} dimensions, got "

@@ -15,6 +15,7 @@ from enum import Enum
 
 import numpy as np
 
+from safefilter.arguments import real_number, require_flag, require_kind
 from safefilter.arrays import FloatArray
 from safefilter.backends.backend import Solution, Status
 from safefilter.errors import OutOfRange
@@ -101,11 +102,15 @@ def certify(
         The certificate.
 
     Raises:
+        InvalidInput: If something is of another kind.
         OutOfRange: If the tolerance or the radius is not above zero, or the tolerance is infinite.
     """
-    if not 0.0 < tolerance < math.inf:
+    require_kind(program, "program", ConvexProgram)
+    require_kind(solution, "solution", Solution)
+    require_flag(exact, "exact")
+    if not 0.0 < real_number(tolerance, "tolerance") < math.inf:
         raise OutOfRange(f"tolerance: expected a finite number above 0, got {tolerance}")
-    if not radius > 0.0:
+    if not real_number(radius, "radius") > 0.0:
         raise OutOfRange(f"radius: expected a number above 0, or infinity, got {radius}")
     claim = _claim(solution.status)
     reason = _unusable(program, solution, claim, tolerance)

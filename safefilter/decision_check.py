@@ -9,10 +9,12 @@ import math
 
 import numpy as np
 
-from safefilter.arrays import FloatArray, IntArray
+from safefilter.arguments import require_kind
+from safefilter.arrays import FloatArray, IntArray, number_array
 from safefilter.backends.backend import Solution, Status
 from safefilter.certificate import Certificate, Claim, certify
 from safefilter.decision import Case, Decision
+from safefilter.errors import OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.programs.least_violation import least_violation
 from safefilter.programs.nearest_velocity import nearest_velocity
@@ -70,6 +72,33 @@ def check_decision(
         radius=radius,
         exact=exact,
     )
+
+
+def require_decision(decision: Decision, dimension: int) -> None:
+    """Check that something is a decision, made up or altered though it may be, whose arrays belong together.
+
+    Raises:
+        InvalidInput: If it is none, or something in it is no array.
+        ShapeError: If an array has another shape than B decisions in this dimension have, or holds no numbers.
+        OutOfRange: If there is no such case.
+    """
+    require_kind(decision, "decision", Decision)
+    cases = number_array(decision.case, "decision.case", "numbers of shape (B,)")
+    if not np.isin(cases, list(Case)).all():
+        raise OutOfRange(f"decision.case: expected 1, 2 or 3, got {cases.tolist()}")
+    size = cases.size
+    shapes: dict[str, tuple[int, ...]] = {
+        **dict.fromkeys(("action", "wanted", "velocity", "multipliers"), (size, dimension)),
+        **dict.fromkeys(("case", "certified", "violation", "fault", "index"), (size,)),
+        "active": (size, dimension, 2),
+        "proof": (size, dimension + 1, 2),
+        "proof_multipliers": (size, dimension + 1),
+    }
+    for field, shape in shapes.items():
+        name = f"decision.{field}"
+        array = require_kind(getattr(decision, field), name, np.ndarray)
+        if number_array(array, name, f"numbers of shape {shape}").shape != shape:
+            raise ShapeError(f"{name}: expected shape {shape}, got {array.shape}")
 
 
 def _check_safe(

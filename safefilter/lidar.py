@@ -32,7 +32,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray, IntArray, finite_array, frozen, positive_number
+from safefilter.arrays import (
+    FloatArray,
+    IntArray,
+    finite_array,
+    frozen,
+    number_array,
+    positive_number,
+)
 from safefilter.errors import OutOfRange, ShapeError
 from safefilter.lidar_kernel import find_walls, write_walls
 from safefilter.neighbours import blocks_of
@@ -72,7 +79,7 @@ class Lidar:
             OutOfRange: If a range is negative, or the corner angle is not between 0 and half a turn.
             NotFinite: If an angle is NaN or infinite.
         """
-        array = np.array(ranges, dtype=np.float64)
+        array = number_array(ranges, "ranges", "numbers of shape (N, K)").astype(np.float64)
         if array.ndim != 2 or array.shape[1] < FEWEST_BEAMS:
             raise ShapeError(
                 f"ranges: expected shape (N, K) with at least {FEWEST_BEAMS} beams, got {array.shape}"

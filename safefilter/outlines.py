@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray, IntArray, finite_array, frozen
+from safefilter.arrays import FloatArray, IntArray, finite_array, frozen, number_array
 from safefilter.errors import OutOfRange, ShapeError
 
 FEWEST_CORNERS = 3
@@ -32,13 +32,19 @@ def shared_walls(walls: npt.ArrayLike | None, polygons: Sequence[npt.ArrayLike])
     parts = [np.empty((0, 4))]
     if walls is not None:
         parts.append(finite_array(walls, "walls", ("S", 2, 2)).reshape(-1, 4))
-    for number, polygon in enumerate(polygons):
+    for number, polygon in enumerate(_list_of(polygons)):
         corners = finite_array(polygon, f"polygon {number}", ("K", 2))
         if len(corners) < FEWEST_CORNERS:
             raise ShapeError(f"polygon {number}: expected at least 3 corners, got {len(corners)}")
         parts.append(np.concatenate([corners, np.roll(corners, -1, axis=0)], axis=1))
     segments = np.concatenate(parts)
     return np.column_stack([segments, np.zeros(len(segments))])
+
+
+def _list_of(polygons: Sequence[npt.ArrayLike]) -> Sequence[npt.ArrayLike]:
+    if isinstance(polygons, str) or not isinstance(polygons, Sequence | np.ndarray):
+        raise ShapeError(f"polygons: expected a list of outlines, got {type(polygons).__name__}")
+    return polygons
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +77,7 @@ class OwnWalls:
             OutOfRange: If a range leaves the walls.
         """
         segments = finite_array(walls, "own_walls", ("M", 2, 2)).reshape(-1, 4)
-        given = np.array(ranges)
+        given = number_array(ranges, "own_walls", "a range of integers a robot").copy()
         if given.dtype.kind not in "iu" or given.ndim != 2 or given.shape[1] != 2:
             raise ShapeError(
                 "own_walls: expected a range of integers a robot, shape (N, 2), "

@@ -16,7 +16,8 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray, IntArray, finite_array
+from safefilter.arguments import require_flag
+from safefilter.arrays import FloatArray, IntArray, finite_array, number_array
 from safefilter.backend_answer import Solvers, ask_backend
 from safefilter.batch.decide import decide_range, finish_batch
 from safefilter.batch.records import (
@@ -39,7 +40,7 @@ from safefilter.constraints.separation import NO_SEPARATION, Separation
 from safefilter.constraints.static_obstacles import NO_STATIC, StaticObstacles
 from safefilter.constraints.user_rows import user_rows
 from safefilter.decision import Case, Decision, Fault
-from safefilter.decision_check import check_decision, refused
+from safefilter.decision_check import check_decision, refused, require_decision
 from safefilter.decision_record import Asked, decision_of, take_answer
 from safefilter.errors import EmptyHardSet, InvalidInput, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
@@ -118,7 +119,7 @@ class RobotDecisions:
     ) -> Decision:
         """Decide what executes."""
         start = perf_counter()
-        given = np.asarray(action)
+        given = number_array(action, "action", "numbers of shape (B, 2)")
         problem = self._problem(scene, given, index)
         options = self._single if given.dtype == np.float32 else self._double
         results = Results.empty(len(problem.index))
@@ -140,14 +141,18 @@ class RobotDecisions:
         self, scene: Scene, action: npt.ArrayLike, index: Sequence[int] | IntArray | None
     ) -> HalfSpaces:
         """Show the rows."""
-        rows, _, _ = self._rows(self._problem(scene, np.asarray(action), index))
+        rows, _, _ = self._rows(
+            self._problem(scene, number_array(action, "action", "numbers of shape (B, 2)"), index)
+        )
         return rows
 
     def certify(
         self, scene: Scene, action: npt.ArrayLike, decision: Decision, *, exact: bool
     ) -> tuple[Certificate, ...]:
         """Check decisions again."""
-        given = np.asarray(action)
+        require_decision(decision, 2)
+        require_flag(exact, "exact")
+        given = number_array(action, "action", "numbers of shape (B, 2)")
         problem = self._problem(scene, given, decision.index)
         is_lost = ~np.isfinite(problem.wanted).all(axis=1)
         problem.wanted[is_lost] = 0.0

@@ -11,16 +11,16 @@ import math
 from collections.abc import Sequence
 from functools import partial
 
-import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray, IntArray, positive_number
+from safefilter.arguments import real_number, require_kind
+from safefilter.arrays import FloatArray, IntArray, number_array, positive_number
 from safefilter.backend_answer import make_solvers
 from safefilter.box_decisions import BoxDecisions
 from safefilter.certificate import Certificate
-from safefilter.constraints.constraint import AnyScene, Constraint
+from safefilter.constraints.constraint import AnyScene, Constraint, require_constraints
 from safefilter.decision import Decision
-from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.errors import InvalidInput, OutOfRange, UnknownBackend
 from safefilter.half_spaces import HalfSpaces
 from safefilter.kinematics.box import Box
 from safefilter.kinematics.holonomic import Holonomic
@@ -79,15 +79,18 @@ class SafetyFilter:
             InvalidInput: If another setting cannot be used.
         """
         accuracy = positive_number(tolerance, "tolerance")
-        if not abs(right_bias) < math.pi / 2:
+        if not abs(real_number(right_bias, "right_bias")) < math.pi / 2:
             raise OutOfRange(
                 f"right_bias: expected an angle within a quarter turn, got {right_bias}"
             )
+        if not isinstance(backend, str):
+            raise UnknownBackend(f"backend: expected a name, got {backend!r}")
         if deadline is not None and backend == BUILT_IN:
             raise InvalidInput(
                 "deadline: the built-in solver takes microseconds and needs none; drop it"
             )
-        kept = None if fallback is None else np.array(fallback)
+        kept = None if fallback is None else number_array(fallback, "fallback", "numbers").copy()
+        parts = require_constraints(constraints)
         self._made_alike = partial(
             SafetyFilter,
             backend=backend,
@@ -103,7 +106,7 @@ class SafetyFilter:
                     "right_bias: only robots know a right-hand side; drop it for a Box"
                 )
             self._decisions = BoxDecisions(
-                tuple(constraints),
+                parts,
                 kinematics,
                 backend=backend,
                 solvers=make_solvers(backend, kinematics.relative_tolerance(accuracy), deadline),
@@ -111,8 +114,8 @@ class SafetyFilter:
             )
         else:
             self._decisions = RobotDecisions(
-                tuple(constraints),
-                kinematics,
+                parts,
+                require_kind(kinematics, "kinematics", Holonomic),
                 backend=backend,
                 solvers=None if backend == BUILT_IN else make_solvers(backend, accuracy, deadline),
                 tolerance=accuracy,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from safefilter.arguments import real_number, require_kind
 from safefilter.arrays import (
     BoolArray,
     FloatArray,
@@ -144,8 +145,11 @@ class Scene:
         limit = _reach(reach, num_robots)
         start, neighbours = find_neighbours(position, numbers, limit)
         directions = None if heading is None else per_robot(heading, "heading", num_robots)
-        known = NO_WALLS if walls is None and len(polygons) == 0 else shared_walls(walls, polygons)
-        own = OwnWalls.none(num_robots) if own_walls is None else own_walls
+        has_none = walls is None and isinstance(polygons, tuple) and not polygons
+        known = NO_WALLS if has_none else shared_walls(walls, polygons)
+        own = OwnWalls.none(num_robots)
+        if own_walls is not None:
+            own = require_kind(own_walls, "own_walls", OwnWalls)
         own.require_robots(num_robots)
         seen, wall_range, most_own = own.walls, own.ranges, own.most
         if lidar is not None:
@@ -153,7 +157,9 @@ class Scene:
                 raise InvalidInput("lidar: scans need heading= as well: beams are relative to it")
             if own_walls is not None:
                 raise InvalidInput("lidar: robots have a map or scans; drop own_walls= or lidar=")
-            seen, first = lidar.walls(position, directions, state[:, RADIUS].copy(), numbers)
+            seen, first = require_kind(lidar, "lidar", Lidar).walls(
+                position, directions, state[:, RADIUS].copy(), numbers
+            )
             wall_range, most_own = np.stack([first[:-1], first[1:]], axis=1), _longest(first)
         return cls(
             state=frozen(state),
@@ -303,6 +309,7 @@ def _reach(value: float | None, num_robots: int) -> float:
                 "pass reach= (in m)"
             )
         return math.inf
-    if not value > 0.0:
+    reach = real_number(value, "reach")
+    if not reach > 0.0:
         raise OutOfRange(f"reach: expected a distance above 0 m, got {value}")
-    return float(value)
+    return reach

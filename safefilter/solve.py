@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from safefilter.arguments import require_kind
 from safefilter.backends.backend import Solution
 from safefilter.backends.registry import make_backend
 from safefilter.polish import polish
@@ -23,10 +24,12 @@ def solve(
         tolerance: Accuracy wanted, in the unit of the variables.
 
     Raises:
+        InvalidInput: If ``program`` is no `ConvexProgram`.
         UnknownBackend: If there is no such backend.
         BackendNotInstalled: If its package is missing.
         UnsupportedProgram: If the program is outside the backend's capabilities.
         BackendFailed: If the solver raised.
     """
+    require_kind(program, "program", ConvexProgram)
     answer = make_backend(backend, tolerance=tolerance).solve(program)
     return polish(program, answer, tolerance=tolerance)

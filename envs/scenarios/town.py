@@ -201,19 +201,15 @@ def _meeting(rng: np.random.Generator, town: TownMap) -> list[Trip]:
 
 
 def _crossing(rng: np.random.Generator, town: TownMap) -> list[Trip]:
-    """Robots that come to one cell from all sides at once, from some in two rows; none if the draw is no good.
-
-    They go on to where others have come from, those in front further, so that nobody has to pass one that has arrived.
-    """
+    """Robots that come to one cell from all cells around it at once, and go on to where another has come from."""
     middle = _drawn(rng, town.streets)
-    arms = [arm for arm in town.arms(middle) if town.is_street[arm[0]]]
-    if len(arms) < 3:
+    around = np.flatnonzero((town.hops[middle] == 1.0) & town.is_street)
+    if len(around) < 3:
         return []
-    arms = [arms[number] for number in rng.permutation(len(arms))]
-    trips = []
-    for arm, onto in zip(arms, [*arms[1:], arms[0]], strict=True):
-        trips += [Trip(first, last) for first, last in zip(arm, reversed(onto), strict=False)]
-    return trips
+    starts = rng.permutation(around)
+    return [
+        Trip(int(start), int(goal)) for start, goal in zip(starts, np.roll(starts, 1), strict=True)
+    ]
 
 
 def _is_room(town: TownMap, trips: list[Trip], more: list[Trip]) -> bool:

@@ -18,17 +18,7 @@ from scipy.sparse.csgraph import connected_components, shortest_path
 
 from envs.scenarios import town_traps
 from envs.scenarios.shapes import box
-from envs.scenarios.town_cells import (
-    EAST,
-    NORTH,
-    PITCH,
-    SOUTH,
-    WEST,
-    cell_beside,
-    cell_centres,
-    sides_of_cells,
-    squares_of_cells,
-)
+from envs.scenarios.town_cells import PITCH, cell_centres, sides_of_cells, squares_of_cells
 from envs.scenarios.town_traps import Trap, TrapDrawer
 from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
 
@@ -76,22 +66,6 @@ class TownMap:
             and self.is_street[front]
             and self.is_street[behind]
         ]
-
-    def arms(self, middle: int) -> list[list[int]]:
-        """Cells straight on from a cell, one or two in each open direction, from near to far.
-
-        Args:
-            middle: Number of the cell.
-        """
-        arms = []
-        for quarter in (EAST, NORTH, WEST, SOUTH):
-            near = cell_beside(middle, quarter, self.size)
-            if near is None or self.hops[middle, near] != 1.0:
-                continue
-            far = cell_beside(near, quarter, self.size)
-            has_far = far is not None and self.hops[near, far] == 1.0 and self.is_street[far]
-            arms.append([near, far] if far is not None and has_far else [near])
-        return arms
 
     def way(self, start: int, goal: int) -> list[int]:
         """Cells of a shortest way, ends included."""

@@ -8,12 +8,43 @@ from pathlib import Path
 from typing import Any, Self, cast
 
 import yaml
+from yaml.composer import ComposerError
 
 from safefilter.errors import InvalidInput
 
 
 class ScenarioFileError(InvalidInput):
     """A file cannot be used; the message names file, line and reason, one line for each fault."""
+
+
+# A hundred times the longest layout of the library.
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 50
+
+
+class _PlainLoader(yaml.SafeLoader):
+    """Reads data written out in full: a few aliases to aliases could stand for more than fits in memory."""
+
+    _depth = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        """Compose a node and those in it.
+
+        Raises:
+            yaml.composer.ComposerError: If it is an alias, has a tag, or is in too many others.
+        """
+        event = self.peek_event()
+        mark = event.start_mark
+        if self.check_event(yaml.AliasEvent):
+            raise ComposerError(None, None, "an alias (*name); write it out", mark)
+        if getattr(event, "tag", None) is not None:
+            raise ComposerError(None, None, f"a tag ({event.tag}); drop it", mark)
+        if self._depth > MAX_DEPTH:
+            raise ComposerError(None, None, f"more than {MAX_DEPTH} levels deep", mark)
+        self._depth += 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,8 +69,12 @@ class YamlFile:
             ScenarioFileError: If the file cannot be read, is not YAML, is empty, or says a key twice.
         """
         try:
-            text = path.read_text(encoding="utf-8")
-            loader = yaml.SafeLoader(text)
+            size = path.stat().st_size
+            if size > MAX_BYTES:
+                raise ScenarioFileError(
+                    f"{path}: expected at most {MAX_BYTES} bytes, got {size}; a map of that size is made by a program"
+                )
+            loader = _PlainLoader(path.read_text(encoding="utf-8"))
             root = loader.get_single_node()
             if root is None:
                 raise ScenarioFileError(f"{path}:1: the file is empty; expected a mapping")
@@ -51,6 +86,8 @@ class YamlFile:
                     f"{path}:{twice.start_mark.line + 1}: {twice.value}: said before in the same mapping"
                 )
             return cls(path, content, root)
+        except ScenarioFileError:
+            raise
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             line = 1 if mark is None else mark.line + 1
@@ -59,6 +96,8 @@ class YamlFile:
             raise ScenarioFileError(f"{path}:1: not YAML: {error}") from None
         except (OSError, UnicodeDecodeError) as error:
             raise ScenarioFileError(f"{path}: cannot be read: {error}") from None
+        except ValueError as error:  # a number or a date that is none
+            raise ScenarioFileError(f"{path}: not YAML: {error}") from None
 
     def find(self, keys: Sequence[int | str]) -> tuple[int, list[int | str]]:
         """Look up where a value stands.

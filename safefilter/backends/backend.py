@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from safefilter.arguments import require_kind
 from safefilter.arrays import FloatArray, frozen
 from safefilter.programs.convex_program import ConvexProgram
 
@@ -72,9 +73,13 @@ class Solution:
     cut: float = 0.0
 
     def __post_init__(self) -> None:
-        """Forbid writing to the arrays."""
-        frozen(self.x)
-        frozen(self.multipliers)
+        """Forbid writing to the arrays.
+
+        Raises:
+            InvalidInput: If these are none.
+        """
+        frozen(require_kind(self.x, "x", np.ndarray))
+        frozen(require_kind(self.multipliers, "multipliers", np.ndarray))
 
     @classmethod
     def without_point(

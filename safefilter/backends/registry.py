@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 
+from safefilter.arguments import require_kind
 from safefilter.arrays import positive_number
 from safefilter.backends.backend import Backend
 from safefilter.errors import BackendNotInstalled, InvalidInput, UnknownBackend
@@ -73,8 +74,13 @@ def register_backend(name: str, factory: Factory) -> None:
         factory: Makes the backend from a tolerance: the accuracy wanted, in the unit of the variables.
 
     Raises:
-        InvalidInput: If the name is taken.
+        InvalidInput: If the name is taken, or one of the two is something else.
     """
+    require_kind(name, "name", str)
+    if not callable(factory):
+        raise InvalidInput(
+            f"factory: expected a function from a tolerance to a backend, got {factory!r}"
+        )
     if name in _registered or name in BACKENDS or name.partition(":")[0] in FAMILIES:
         raise InvalidInput(f"name: {name!r} is taken; choose another name for your backend")
     _registered[name] = factory
@@ -99,6 +105,8 @@ def make_backend(name: str, *, tolerance: float | None) -> Backend:
         InvalidInput: If it is None for a registered backend, whose factory takes a number.
     """
     accuracy = None if tolerance is None else positive_number(tolerance, "tolerance")
+    if not isinstance(name, str):
+        raise UnknownBackend(f"backend: expected a name, got {name!r}")
     if name in _registered:
         if accuracy is None:
             raise InvalidInput(f"tolerance: the factory of {name!r} takes a number, got None")

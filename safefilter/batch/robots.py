@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from safefilter.arrays import BoolArray, IntArray
+from safefilter.arrays import BoolArray, IntArray, number_array
 from safefilter.errors import NotCooperative, OutOfRange, ShapeError
 from safefilter.jit import kernel
 from safefilter.scene import Scene
@@ -29,7 +29,7 @@ def robots_of(scene: Scene, index: Sequence[int] | IntArray | None) -> IntArray:
     """
     if index is None:
         return np.flatnonzero(scene.cooperative)
-    robots = np.array(index)
+    robots = number_array(index, "index", "integers of shape (B,)").copy()
     if robots.size == 0:
         robots = robots.astype(np.int64)
     if robots.ndim != 1 or robots.dtype.kind not in "iu":

@@ -91,7 +91,8 @@ def _through_filter(kind: str, standings: tuple[Standing, ...], budget: float) -
         if standing.measures.verified_wrong == 0 and standing.measures.fail_closed <= MOST_REFUSED
     ]
     if not fit:
-        return Advice(kind, question, "None decides 99 % of the problems itself.", None, standings)
+        answer = "None decides 99 % of the problems itself."
+        return Advice(kind, question, answer, None, standings)
     in_time = [standing for standing in fit if standing.measures.misses <= MOST_REFUSED]
     best = _fastest(in_time or fit)
     answer = _sentence(best, in_time or fit)
@@ -112,6 +113,8 @@ def _alone(kind: str, standings: tuple[Standing, ...]) -> Advice:
     if fit:
         best = _fastest(fit)
         return Advice(kind, question, _sentence(best, fit), best.contender, standings)
+    if not standings:
+        return Advice(kind, question, "None of them takes these problems.", None, standings)
     best = max(
         standings,
         key=lambda one: (_number(one.measures.verified_safe), _number(one.measures.case_agreement)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,7 @@ SLOW = "cvxpy:"
 QUICK_PROBLEMS = 4
 QUICK_ROUNDS = 2
 QUICK_LOOP_STEPS = 40
+QUICK_SECONDS = 18.0
 # Width of tables in characters where they go to a file or a pipe, which know none.
 FILE_WIDTH = 220
 
@@ -135,7 +137,7 @@ def _backends(options: Options) -> tuple[str, ...]:
                 f"backends: {name!r} is not installed. There are: {', '.join(known)}"
             )
     if options.backends:
-        return options.backends
+        return tuple(dict.fromkeys(options.backends))
     # The built-in one first, and in a quick run only what is fast.
     fast = [name for name in known if not (options.quick and name.startswith(SLOW))]
     return tuple(sorted(fast, key=lambda name: (name != "planar", ":" in name, name)))
@@ -161,4 +163,5 @@ def _plan(options: Options) -> Plan:
         time_limit=options.time_limit,
         loop_steps=steps,
         has_all_loops=not options.quick,
+        seconds=QUICK_SECONDS if options.quick else math.inf,
     )

@@ -123,6 +123,14 @@ def profile_figure(summary: Summary, kind: str) -> Figure:
         if len(times := _own_times(summary, kind, Contender(name, setting)))
     }
     figure, ax = _axes(5.0)
+    ax.set(
+        xscale="log",
+        xlim=(1.0, FARTHEST_RATIO),
+        ylim=(0.0, 1.02),
+        xlabel=f"time of a decision over the fastest's, at the setting '{setting.title}'",
+        ylabel="share of problems decided",
+    )
+    ax.grid(alpha=0.25)
     if not own:
         return figure
     best = np.min(list(own.values()), axis=0)
@@ -136,14 +144,6 @@ def profile_figure(summary: Summary, kind: str) -> Figure:
         y = np.concatenate([[0.0], share[reached], [share[reached].max(initial=0.0)]])
         dash = ("-", "--", ":")[k % 3]
         ax.step(x, y, where="post", label=name, color=colours(k), linestyle=dash, linewidth=1.6)
-    ax.set(
-        xscale="log",
-        xlim=(1.0, FARTHEST_RATIO),
-        ylim=(0.0, 1.02),
-        xlabel=f"time of a decision over the fastest's, at the setting '{setting.title}'",
-        ylabel="share of problems decided",
-    )
-    ax.grid(alpha=0.25)
     ax.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return figure
 

@@ -38,7 +38,8 @@ def as_object(summary: Summary) -> dict[str, object]:
     return {
         "machine": dict(comparison.machine),
         "seconds": comparison.seconds,
-        "plan": comparison.plan._asdict(),
+        "left_out": comparison.left_out,
+        "plan": {name: _cell(value) for name, value in comparison.plan._asdict().items()},
         "budget": summary.budget,
         "accuracy": ACCURACY,
         "safe_excess": SAFE_EXCESS,

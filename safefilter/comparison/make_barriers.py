@@ -39,6 +39,7 @@ def barrier_problems(
 ) -> list[Problem]:
     """Make problems, several decisions in a row from each start; those without any barrier are left out."""
     problems: list[Problem] = []
+    num_starts = 0
     while len(problems) < number:
         # A multiple of 1/64 each: exact arithmetic is faster on short numbers.
         width = (0.9 if num_robots < CROWD else 1.2) * num_robots ** (1.0 / space)
@@ -54,7 +55,7 @@ def barrier_problems(
             rows = _rows(barriers, num_robots * space)
             problems.append(
                 Problem.of(
-                    f"start {len(problems) // STEPS}",
+                    f"start {num_starts}",
                     wanted,
                     rows.normals[0][rows.present[0]],
                     rows.offsets[0][rows.present[0]],
@@ -63,6 +64,7 @@ def barrier_problems(
                     radius=float(np.sqrt(num_robots * space)),
                 )
             )
+        num_starts += bool(barriers or step)
     return problems
 
 

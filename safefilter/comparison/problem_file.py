@@ -28,7 +28,7 @@ import numpy as np
 from safefilter.arrays import FloatArray, finite_array
 from safefilter.comparison.problem import Problem, ProblemSet, Truth
 from safefilter.decision import Case
-from safefilter.errors import InvalidInput
+from safefilter.errors import InvalidInput, ShapeError
 
 FORMAT = "safefilter-problems"
 VERSION = 1
@@ -121,9 +121,11 @@ def read_problems(path: Path) -> ProblemSet:
 
 
 def _problem(entry: Mapping[str, Any], shared: Mapping[str, Any]) -> Problem:
-    wanted = entry["wanted"]
-    rows = np.array([*shared["rows"], *entry["rows"]], dtype=np.float64)
-    rows = rows.reshape(-1, len(wanted) + 1)
+    wanted, listed = entry["wanted"], [*shared["rows"], *entry["rows"]]
+    size = len(wanted) + 1
+    if any(len(row) != size for row in listed):
+        raise ShapeError(f"rows: expected {size} numbers each, a normal and its offset")
+    rows = np.array(listed, dtype=np.float64).reshape(-1, size)
     return Problem.of(
         str(entry["sequence"]),
         wanted,
@@ -200,5 +202,6 @@ def _table(problem: Problem) -> FloatArray:
 
 def _num_equal(one: FloatArray, other: FloatArray) -> int:
     least = min(len(one), len(other))
-    differs = (one[:least] != other[:least]).any(axis=1)
+    # As bits: -0.0 is not to become 0.0.
+    differs = (one[:least].view(np.int64) != other[:least].view(np.int64)).any(axis=1)
     return int(np.argmax(differs)) if differs.any() else least

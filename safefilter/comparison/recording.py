@@ -128,5 +128,6 @@ def posed_problems(
 
 
 def _finite_bounds(box: Box) -> npt.NDArray[np.float64]:
-    bounds = np.concatenate([box.low, box.high])
-    return bounds[np.isfinite(bounds)]
+    bounds: npt.NDArray[np.float64] = np.concatenate([box.low, box.high])
+    finite: npt.NDArray[np.float64] = bounds[np.isfinite(bounds)]
+    return finite

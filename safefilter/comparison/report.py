@@ -120,7 +120,7 @@ def _note_on_built_in(summary: Summary) -> str:
         f"; the next is {escape(next_best)}, {microseconds(times[next_best])} us" if times else ""
     )
     return (
-        f"<p class='note'>In the tables {BUILT_IN} is asked through the same door as all others. SafetyFilter calls it "
+        f"<p class='note'>In the tables {BUILT_IN} is asked through the same door as others. SafetyFilter calls it "
         f"directly: a step of ten robots then takes {microseconds(own)} us{others}.</p>"
     )
 
@@ -164,8 +164,8 @@ def _method(summary: Summary) -> Iterator[str]:
     yield from (f"<li>{m.name.title()}: {escape(m.value)}.</li>" for m in Mode)
     yield (
         "<li>Every problem goes to all solvers before the next one does, in an order that changes; "
-        f"{comparison.plan.rounds} rounds in sequence, one cold; two problems of each set to warm up; garbage collector "
-        "off. Solvers work in a process of their own, replaced when it dies or takes more than "
+        f"{comparison.plan.rounds} rounds in sequence, one cold; two problems of each set to warm up; garbage "
+        "collector off. Solvers work in a process of their own, replaced when it dies or takes more than "
         f"{comparison.plan.time_limit:g} s.</li>"
     )
     fates = {
@@ -177,6 +177,8 @@ def _method(summary: Summary) -> Iterator[str]:
         for fate, number in fates.items()
         if number
     )
+    if comparison.left_out:
+        yield f"<li>The run was cut short: {comparison.left_out} tasks were left out.</li>"
     yield f"<li>Budget of a decision: {1e3 * summary.budget:g} ms. The run took {comparison.seconds:.0f} s.</li>"
     machine = ", ".join(f"{name} {value}" for name, value in comparison.machine.items())
     yield f"<li>{escape(machine)}</li></ul>"

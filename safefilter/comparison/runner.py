@@ -8,14 +8,13 @@ Times in s.
 
 from __future__ import annotations
 
-import pickle
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import monotonic
 from typing import NamedTuple
 
-from safefilter.backends.child_process import ChildProcess
 from safefilter.backends.registry import backend_factory, is_registered
 from safefilter.comparison.attempt import Attempt, Fate
 from safefilter.comparison.closed_loop import Crossing
@@ -23,20 +22,21 @@ from safefilter.comparison.contender import Contender
 from safefilter.comparison.machine import describe_machine
 from safefilter.comparison.problem import ProblemSet, Truth
 from safefilter.comparison.worker import Decide, Drive, Mode, Order, Reply, Solve, Task
+from safefilter.comparison.worker_process import START_SECONDS, WorkerProcess
 from safefilter.errors import InvalidInput
 
-WORKER = "safefilter.comparison.worker"
 PACKAGES = (
     "safefilter", "numpy", "numba", "scipy", "osqp", "clarabel", "cvxpy", "qpsolvers", "daqp", "highspy", "piqp",
     "proxsuite", "quadprog", "scs",
 )  # fmt: skip
-START_SECONDS = 120.0
 # A contender that was late or dead so often is not asked any more: each time costs the time limit and a new process.
 MOST_STRIKES = 3
 WARM_UP_PROBLEMS = 2
 TRUTH_SECONDS = 20.0
 LOOP_SECONDS = 120.0
 LOOP_STEPS = 120
+# Part of the time of a run that decisions get; crossings get the rest.
+FOR_DECISIONS = 2.0 / 3.0
 
 Key = tuple[Contender, Mode, str]
 Progress = Callable[[int, int, str], None]
@@ -50,12 +50,14 @@ class Plan(NamedTuple):
         time_limit: Seconds that a decision may take.
         loop_steps: Steps of each crossing at most; 0 for none.
         has_all_loops: Does every setting of a backend cross, trusted? The first one only otherwise.
+        seconds: When the run is cut short, in s; decisions get the first two thirds, crossings the rest.
     """
 
     rounds: int = 3
     time_limit: float = 5.0
     loop_steps: int = LOOP_STEPS
     has_all_loops: bool = True
+    seconds: float = math.inf
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +71,7 @@ class Comparison:
         contenders: Who took part.
         attempts: By contender, mode and name of the set: one attempt a problem and round.
         crossings: By contender: trusted and verified, as far as they came to an end.
+        left_out: How many tasks were left out because the run was cut short.
         seconds: What the run took.
     """
 
@@ -78,6 +81,7 @@ class Comparison:
     contenders: tuple[Contender, ...]
     attempts: Mapping[Key, Sequence[Attempt]]
     crossings: Mapping[Contender, Sequence[Crossing]]
+    left_out: int
     seconds: float
 
 
@@ -126,21 +130,24 @@ class _Run:
         self._strikes: dict[Contender, int] = defaultdict(int)
         self._attempts: dict[Key, list[Attempt]] = defaultdict(list)
         self._crossings: dict[Contender, list[Crossing]] = defaultdict(list)
-        self._child = self._new_child()
+        self._worker = WorkerProcess(self._order())
 
     def result(self) -> Comparison:
         """Carry everything out."""
         try:
             self._find_truths()
             tasks = [*self._decisions(), *self._drives()]
+            left_out = 0
             for done, (task, is_counted) in enumerate(tasks):
                 self._progress(done, len(tasks), self._title(task))
-                if isinstance(task, Decide):
+                if self._is_late(task):
+                    left_out += is_counted
+                elif isinstance(task, Decide):
                     self._decide(task, is_counted=is_counted)
                 else:
                     self._drive(task)
         finally:
-            self._child.end()
+            self._worker.end()
         return Comparison(
             machine=self._machine,
             plan=self._plan,
@@ -148,31 +155,13 @@ class _Run:
             contenders=self._contenders,
             attempts=dict(self._attempts),
             crossings=dict(self._crossings),
+            left_out=left_out,
             seconds=monotonic() - self._start,
         )
 
-    def _new_child(self) -> ChildProcess:
-        names = {contender.backend for contender in self._contenders}
-        factories = {name: backend_factory(name) for name in sorted(names) if is_registered(name)}
-        try:
-            order = pickle.dumps(Order(self._sets, factories))
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise InvalidInput(
-                f"compare: backends {sorted(factories)} have to run in a process of their own, but a factory cannot "
-                f"be sent there ({error}); use functions or classes at the top level of a module"
-            ) from None
-        child = ChildProcess(WORKER, order)
-        try:
-            is_up = child.replies.poll(START_SECONDS) and child.replies.recv() == "ready"
-        except EOFError:
-            is_up = False
-        if not is_up:
-            child.end()
-            raise InvalidInput(
-                f"compare: the process for backends {sorted(names)} does not come up; can all of them be imported "
-                "outside of this process?"
-            )
-        return child
+    def _is_late(self, task: Task) -> bool:
+        share = FOR_DECISIONS if isinstance(task, Decide) else 1.0
+        return monotonic() - self._start > share * self._plan.seconds
 
     def _find_truths(self) -> None:
         """Right answers that are not known yet; those that take too long stay unknown."""
@@ -186,56 +175,42 @@ class _Run:
                     found[k] = reply
             self._sets[number] = replace(problems, truths=found)
             if missing:
-                # The child has the sets that it was started with.
-                self._replace_child()
+                # The process has the sets that it was started with.
+                self._worker.replace(self._order())
+
+    def _order(self) -> Order:
+        names = {contender.backend for contender in self._contenders}
+        factories = {name: backend_factory(name) for name in sorted(names) if is_registered(name)}
+        return Order(self._sets, factories)
 
     def _ask(self, task: Task, seconds: float) -> Reply | Fate:
-        """One task with one reply; a child that is late or dead is replaced."""
-        self._send(task)
-        return self._reply(seconds)
-
-    def _send(self, task: Task) -> None:
-        try:
-            self._child.orders.send(task)
-        except OSError:
-            # It died after its last reply.
-            self._replace_child()
-            self._child.orders.send(task)
-
-    def _replace_child(self) -> None:
-        self._child.end()
-        self._child = self._new_child()
-
-    def _reply(self, seconds: float) -> Reply | Fate:
-        try:
-            if self._child.replies.poll(seconds):
-                reply: Reply = self._child.replies.recv()
-                return reply
-            fate = Fate.LATE
-        except (EOFError, OSError):
-            fate = Fate.KILLED
-        self._replace_child()
-        return fate
+        """One task with one reply."""
+        self._worker.send(task)
+        return self._worker.reply(seconds)
 
     def _decisions(self) -> list[tuple[Task, bool]]:
-        """Tasks, and whether they count."""
-        tasks: list[tuple[Task, bool]] = []
-        for number, problems in enumerate(self._sets):
-            size = len(problems)
-            tasks += [(task, False) for task in self._warm_up(number)]
-            tasks += [(Decide(number, k, Mode.COLD, self._turned(k)), True) for k in range(size)]
-            tasks += [
-                (Decide(number, k, Mode.SEQUENCE, self._turned(k + turn)), True)
-                for turn in range(self._plan.rounds)
-                for k in range(size)
-            ]
+        """Tasks, and whether they count; sets take turns, so that a run that is cut short has seen some of each."""
+        tasks: list[tuple[Task, bool]] = [(task, False) for task in self._warm_up()]
+        longest = max(len(problems) for problems in self._sets)
+        for turn in range(self._plan.rounds):
+            for k in range(longest):
+                for number in range(len(self._sets)):
+                    if k < len(self._sets[number]):
+                        order = self._turned(k + turn)
+                        modes = (Mode.COLD, Mode.SEQUENCE) if turn == 0 else (Mode.SEQUENCE,)
+                        tasks += [(Decide(number, k, mode, order), True) for mode in modes]
         return tasks
 
-    def _warm_up(self, number: int) -> list[Decide]:
-        """The first problems of a set; cold only once, as nothing is kept there but what is imported and compiled."""
-        modes = Mode if number == 0 else (Mode.SEQUENCE,)
-        size = min(WARM_UP_PROBLEMS, len(self._sets[number]))
-        return [Decide(number, k, mode, self._contenders) for mode in modes for k in range(size)]
+    def _warm_up(self) -> list[Decide]:
+        """The first problems of each set; cold only once: nothing is kept there but what is imported and compiled."""
+        tasks = []
+        for number, problems in enumerate(self._sets):
+            modes = Mode if number == 0 else (Mode.SEQUENCE,)
+            size = min(WARM_UP_PROBLEMS, len(problems))
+            tasks += [
+                Decide(number, k, mode, self._contenders) for mode in modes for k in range(size)
+            ]
+        return tasks
 
     def _drives(self) -> list[tuple[Task, bool]]:
         steps = self._plan.loop_steps
@@ -259,13 +234,13 @@ class _Run:
         left = [c for c in task.contenders if self._strikes[c] < MOST_STRIKES]
         replies: dict[Contender, Attempt] = {}
         while left:
-            self._send(task._replace(contenders=tuple(left)))
+            self._worker.send(task._replace(contenders=tuple(left)))
             # Warming up includes imports and compiling.
             seconds = (
                 self._plan.time_limit if is_counted else max(START_SECONDS, self._plan.time_limit)
             )
             while left:
-                contender, reply = left.pop(0), self._reply(seconds)
+                contender, reply = left.pop(0), self._worker.reply(seconds)
                 if isinstance(reply, Attempt):
                     replies[contender] = reply
                     continue

@@ -56,7 +56,9 @@ def _machine(summary: Summary) -> str:
     machine = summary.comparison.machine
     text = ", ".join(f"{name} {value}" for name, value in machine.items())
     busy = "" if is_quiet(float(machine["load at start"])) else "[bold red]" + DISTURBED + "[/]\n"
-    return f"{busy}[dim]{text}; {summary.comparison.seconds:.0f} s[/dim]"
+    left_out = summary.comparison.left_out
+    cut = f"The run was cut short: {left_out} tasks were left out.\n" if left_out else ""
+    return f"{busy}{cut}[dim]{text}; {summary.comparison.seconds:.0f} s[/dim]"
 
 
 DISTURBED = "Others were working on this machine: times are rough, and their tails say little."

@@ -15,12 +15,12 @@ from time import perf_counter
 from typing import NamedTuple, TypeAlias
 
 from safefilter.backend_answer import Solvers
-from safefilter.backends.registry import Factory, register_backend
+from safefilter.backends.registry import Factory, is_registered, register_backend
 from safefilter.comparison.attempt import Attempt, Fate, decide, judge
 from safefilter.comparison.closed_loop import Crossing, drive_across
 from safefilter.comparison.contender import Contender, accuracy_of, make_contender
 from safefilter.comparison.oracle import truth_of
-from safefilter.comparison.problem import Problem, ProblemSet, Truth
+from safefilter.comparison.problem import ProblemSet, Truth
 from safefilter.errors import SafeFilterError, UnsupportedProgram
 
 
@@ -71,7 +71,7 @@ class Bench:
 
     def __init__(self, sets: Sequence[ProblemSet]) -> None:
         self._sets = sets
-        self._kept: dict[tuple[Contender, float], Solvers] = {}
+        self._kept: dict[tuple[Contender, int, float], Solvers] = {}
 
     def replies(self, task: Task) -> list[Reply]:
         """Carry out a task whose replies need not come one by one."""
@@ -90,18 +90,19 @@ class Bench:
         problem, truth = problems.problems[task.number], problems.truths.get(task.number)
         start = perf_counter()
         try:
-            solvers = self._solvers(task.mode, contender, problem)
+            solvers = self._solvers(task, contender, problem.scale)
         except UnsupportedProgram:
             return Attempt(Fate.UNSUPPORTED)
         made = perf_counter() - start
         return judge(decide(solvers, problem, start), problem, truth, made)
 
-    def _solvers(self, mode: Mode, contender: Contender, problem: Problem) -> Solvers:
-        if mode is Mode.COLD:
-            return make_contender(contender, problem.scale)
-        key = contender, problem.scale
+    def _solvers(self, task: Decide, contender: Contender, scale: float) -> Solvers:
+        if task.mode is Mode.COLD:
+            return make_contender(contender, scale)
+        # Each set has solvers of its own: what they keep is of the problem before, and not of another set's.
+        key = contender, task.problems, scale
         if key not in self._kept:
-            self._kept[key] = make_contender(contender, problem.scale)
+            self._kept[key] = make_contender(contender, scale)
         return self._kept[key]
 
 
@@ -110,7 +111,9 @@ def serve(read: int, write: int) -> None:
     orders, replies = Connection(read, writable=False), Connection(write, readable=False)
     order: Order = pickle.loads(orders.recv_bytes())  # written by our own parent process
     for name, factory in order.factories.items():
-        register_backend(name, factory)
+        # Loading the file that a factory is in may have registered it.
+        if not is_registered(name):
+            register_backend(name, factory)
     bench = Bench(order.sets)
     gc.collect()
     gc.freeze()

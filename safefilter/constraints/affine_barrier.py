@@ -30,6 +30,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from safefilter.arguments import require_flag
 from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array, positive_number
 from safefilter.constraints.constraint import AnyScene
 from safefilter.errors import ShapeError
@@ -94,7 +95,7 @@ class AffineBarrier:
         """
         self._value, self._drift, self._control = value, drift, control
         self._gain = positive_number(gain, "gain")
-        self._hard = hard
+        self._hard = require_flag(hard, "hard")
         self._name = name
 
     @property

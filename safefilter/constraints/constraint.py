@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol, TypeAlias
 
 from safefilter.arrays import FloatArray, IntArray
+from safefilter.errors import InvalidInput
 from safefilter.half_spaces import HalfSpaces
 
 AnyScene: TypeAlias = Any
@@ -32,3 +34,24 @@ class Constraint(Protocol):
             Rows for B decisions, with ``sources == (name,)``.
         """
         ...
+
+
+def require_constraints(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
+    """Return constraints as a tuple.
+
+    Raises:
+        InvalidInput: If they are no list, or one of them makes no rows.
+    """
+    if isinstance(constraints, str) or not isinstance(constraints, Sequence):
+        raise InvalidInput(
+            f"constraints: expected a list of constraints, got {type(constraints).__name__}"
+        )
+    for number, constraint in enumerate(constraints):
+        if not callable(getattr(constraint, "half_spaces", None)) or not hasattr(
+            constraint, "name"
+        ):
+            raise InvalidInput(
+                f"constraints: number {number} makes no rows: expected something with name and half_spaces(), "
+                f"got {type(constraint).__name__}"
+            )
+    return tuple(constraints)

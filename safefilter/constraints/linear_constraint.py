@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from safefilter.arguments import require_flag
 from safefilter.arrays import FloatArray, IntArray, finite_array, frozen
 from safefilter.constraints.constraint import AnyScene
 from safefilter.errors import OutOfRange
@@ -61,7 +62,7 @@ class LinearConstraint:
                 "expected a finite offset / |normal|"
             )
         self._offsets: FloatArray = frozen(distances)
-        self._hard = hard
+        self._hard = require_flag(hard, "hard")
         self._name = name
 
     @property

@@ -19,12 +19,13 @@ from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
+from safefilter.arguments import require_option, whole_number
 from safefilter.arrays import FloatArray, IntArray, positive_number
 from safefilter.constraints.responsibility import responsibility, room
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
 from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.velocity_obstacle import encounter, norm_boundary
-from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.errors import InvalidInput
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
 from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, WANTED_X, WANTED_Y, Scene, X, Y
@@ -268,10 +269,12 @@ class PriorityORCA:
             ("leg", leg, get_args(Leg)),
             ("order", order, get_args(NeighbourOrder)),
         ):
-            if value not in options:
-                raise InvalidInput(f"{field}: expected one of {', '.join(options)}, got {value!r}")
-        if max_neighbours is not None and max_neighbours < 0:
-            raise OutOfRange(f"max_neighbours: expected 0 or more, got {max_neighbours}")
+            require_option(value, field, options)
+        most = (
+            np.iinfo(np.int64).max
+            if max_neighbours is None
+            else whole_number(max_neighbours, "max_neighbours", 0)
+        )
         self.needs_wanted = v_opt == "shared"
         self._settings = OrcaSettings(
             is_used=True,
@@ -281,9 +284,7 @@ class PriorityORCA:
             v_opt=get_args(VOpt).index(v_opt),
             has_dual_slack=slack_rule == "dual",
             has_norm_leg=leg == "norm",
-            max_neighbours=np.iinfo(np.int64).max
-            if max_neighbours is None
-            else int(max_neighbours),
+            max_neighbours=most,
             is_by_time=order == "time_to_collision",
             tracking_error=0.0,
         )

@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from safefilter.arguments import real_number
 from safefilter.arrays import FloatArray, IntArray, positive_number
 from safefilter.constraints.responsibility import room
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
@@ -181,7 +182,7 @@ class Separation:
         """
         self.dt = positive_number(dt, "dt")
         for field, value in (("safety_margin", safety_margin), ("passive_speed", passive_speed)):
-            if not (math.isfinite(value) and value >= 0.0):
+            if not 0.0 <= real_number(value, field) < math.inf:
                 raise OutOfRange(f"{field}: expected a finite number from 0 up, got {value}")
         self.safety_margin = float(safety_margin)
         self.passive_speed = float(passive_speed)

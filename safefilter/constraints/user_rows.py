@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from safefilter.arguments import require_kind
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.constraints.constraint import Constraint
 from safefilter.errors import ShapeError
@@ -55,7 +56,8 @@ def user_rows(
         The rows, or `NO_USER_ROWS` without a constraint.
 
     Raises:
-        ShapeError: If a constraint makes rows for another number of decisions or dimensions.
+        InvalidInput: If a constraint makes something else.
+        ShapeError: If it makes rows for another number of decisions or dimensions.
     """
     batch = len(index)
     if not constraints:
@@ -63,6 +65,7 @@ def user_rows(
     parts = []
     for number, constraint in constraints.items():
         part = constraint.half_spaces(scene, wanted.copy(), index.copy())
+        require_kind(part, f"{constraint.name}: rows", HalfSpaces)
         if (part.num_decisions, part.dimension) != (batch, 2):
             raise ShapeError(
                 f"{constraint.name}: expected rows for {batch} decisions in 2 dimensions, "

@@ -19,6 +19,7 @@ from typing import Literal, get_args
 
 import numpy.typing as npt
 
+from safefilter.arguments import real_number, require_option
 from safefilter.arrays import FloatArray, positive_number
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.jit import source_of
@@ -73,10 +74,7 @@ class DifferentialDrive(Holonomic):
             InvalidInput: If the mapping does not exist, or a polygon is asked for with one v_max a robot.
         """
         super().__init__(v_max, sides)
-        if mapping not in get_args(Mapping):
-            raise InvalidInput(
-                f"mapping: expected one of {', '.join(get_args(Mapping))}, got {mapping!r}"
-            )
+        require_option(mapping, "mapping", get_args(Mapping))
         self.mapping: Mapping = mapping
         self.omega_max = positive_number(omega_max, "omega_max")
         self.dt = positive_number(dt, "dt")
@@ -87,7 +85,9 @@ class DifferentialDrive(Holonomic):
                 f"omega_max: {self.omega_max} rad/s for {self.dt} s is half a turn or more in one step; "
                 "shorten dt or lower omega_max"
             )
-        self.turn_time = TURN_TIME_STEPS * self.dt if turn_time is None else turn_time
+        self.turn_time = (
+            TURN_TIME_STEPS * self.dt if turn_time is None else real_number(turn_time, "turn_time")
+        )
         if not self.dt <= self.turn_time < math.inf:
             raise OutOfRange(f"turn_time: expected at least dt = {self.dt} s, got {self.turn_time}")
         if mapping == "polygon":

@@ -13,9 +13,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray, frozen, per_robot, require_positive
+from safefilter.arguments import whole_number
+from safefilter.arrays import FloatArray, frozen, number_array, per_robot, require_positive
 from safefilter.constraints.row_buffers import RowLabels
-from safefilter.errors import OutOfRange, ShapeError
+from safefilter.errors import ShapeError
 from safefilter.jit import formula
 from safefilter.kinematics.drive import NO_DRIVE, Drive
 from safefilter.scene import Scene
@@ -77,15 +78,15 @@ class Holonomic:
             ShapeError: If ``v_max`` is neither a number nor of shape (N,).
             NotFinite: If it is NaN or infinite.
             OutOfRange: If it is not above zero, or there are fewer than 3 sides.
+            InvalidInput: If the number of sides is no integer.
         """
-        given = np.asarray(v_max)
+        given = number_array(v_max, "v_max", "a number or shape (N,)")
         if given.ndim > 1:
             raise ShapeError(f"v_max: expected a number or shape (N,), got {given.shape}")
         limits = per_robot(given, "v_max", given.size)
         self._v_max = frozen(require_positive(limits, "v_max"))
         self.is_uniform = given.ndim == 0
-        if sides < MIN_SIDES:
-            raise OutOfRange(f"sides: expected at least {MIN_SIDES}, got {sides}")
+        sides = whole_number(sides, "sides", MIN_SIDES)
         # Corners at multiples of 2 pi / sides, so that full speed along the axes stays allowed.
         angle = (np.arange(sides) + 0.5) * (2.0 * math.pi / sides)
         self.inner_radius = math.cos(math.pi / sides)

@@ -12,7 +12,8 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.arguments import require_kind
+from safefilter.arrays import BoolArray, FloatArray, IntArray, number_array
 from safefilter.comparison.recording import Recorder
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
@@ -88,6 +89,7 @@ class ActionFilter:
             raise InvalidInput(
                 f"index: a Box of actions knows no robots; leave it at 0, got {index}"
             )
+        require_kind(space, "action_space", gymnasium.spaces.Space)
         self.is_single = len(space.shape or ()) == 1
         self._space = space
         self._follows_scene = index is None
@@ -108,7 +110,7 @@ class ActionFilter:
         """
         # What is too large for the dtype becomes infinite, and is decided as standing still.
         with np.errstate(over="ignore", invalid="ignore"):
-            given = np.array(action, dtype=self._space.dtype)
+            given = number_array(action, "action", "numbers").astype(self._space.dtype)
         shape = self._space.shape or ()
         expected = shape if num_lanes is None else (num_lanes, *shape)
         if given.shape != expected:

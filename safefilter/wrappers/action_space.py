@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from safefilter.arrays import IntArray
+from safefilter.arrays import IntArray, number_array
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 
 DTYPES = (np.dtype(np.float32), np.dtype(np.float64))
@@ -60,7 +60,7 @@ def robots_of_rows(shape: tuple[int, ...] | None, index: int | Sequence[int] | N
         if shape is None or len(shape) != 2:
             raise ShapeError(f"index: None needs an action space of shape (N, 2), got {shape}")
         return np.arange(shape[0])
-    robots = np.atleast_1d(np.asarray(index))
+    robots = np.atleast_1d(number_array(index, "index", "an integer, integers or None"))
     if robots.ndim != 1 or robots.dtype.kind not in "iu":
         raise ShapeError(f"index: expected an integer, integers or None, got {index!r}")
     if len(np.unique(robots)) != len(robots) or (robots < 0).any():

@@ -14,6 +14,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from safefilter.arguments import real_number
 from safefilter.arrays import frozen
 from safefilter.comparison.recording import Recorder
 from safefilter.errors import OutOfRange
@@ -195,6 +196,6 @@ def require_penalty(penalty: float) -> float:
     Raises:
         OutOfRange: If it is not a finite number from 0 up.
     """
-    if not (math.isfinite(penalty) and penalty >= 0.0):
+    if not 0.0 <= real_number(penalty, "penalty") < math.inf:
         raise OutOfRange(f"penalty: expected a finite number from 0 up, got {penalty}")
     return float(penalty)

@@ -11,7 +11,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import IntArray
+from safefilter.arrays import IntArray, number_array
 from safefilter.constraints.constraint import AnyScene
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput, ShapeError
@@ -124,13 +124,13 @@ class SafePolicy(Generic[ObsT]):
             ShapeError: If it does not fit ``index``.
             SafeFilterError: As `SafetyFilter.decide`.
         """
-        wanted = np.asarray(action)
+        wanted = number_array(action, "action", "numbers of shape (d,) or (B, d)")
         if wanted.ndim not in {1, 2}:
             raise ShapeError(f"action: expected shape (d,) or (B, d), got {wanted.shape}")
         rows = np.atleast_2d(wanted)
         index: IntArray | None = None
         if self._index is not None:
-            index = np.atleast_1d(np.asarray(self._index))
+            index = np.atleast_1d(number_array(self._index, "index", "an integer, or integers"))
             if len(index) != len(rows):
                 raise ShapeError(
                     f"action: expected {len(index)} rows, one for each robot of index={self._index}, got {wanted.shape}"

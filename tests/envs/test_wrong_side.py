@@ -28,18 +28,6 @@ def test_oncoming_robot_on_the_right_is_on_the_wrong_side_for_both() -> None:
     assert judged((1.0, 0.2), (0.0, math.pi), (0.2, 0.2)) == ([False, False], [False, False])
 
 
-@pytest.mark.parametrize("order", [(1, 2), (2, 1)])
-def test_of_oncoming_robots_the_nearest_counts(order: tuple[int, int]) -> None:
-    offset = {1: (1.0, 0.2), 2: (1.2, -0.2)}
-    position = np.array([[(0.0, 0.0), *(offset[number] for number in order)]])
-    facing = np.array([[[1.0, 0.0], [-1.0, 0.0], [-1.0, 0.0]]])
-    present = np.ones((1, 3), dtype=np.bool_)
-    assert not wrong_sides(0.2 * facing, position, facing, present)[0][0, 0]
-    # Once it is passed, the next one counts.
-    present[0, order.index(1) + 1] = False
-    assert wrong_sides(0.2 * facing, position, facing, present)[0][0, 0]
-
-
 def test_slower_robot_ahead_is_on_the_wrong_side_if_it_is_on_the_left() -> None:
     assert judged((1.0, 0.2), (0.0, 0.0), (0.2, 0.1)) == ([False, False], [True, False])
     assert judged((1.0, -0.2), (0.0, 0.0), (0.2, 0.1)) == ([False, False], [False, False])

@@ -46,7 +46,7 @@ def test_curves_are_read_where_all_of_them_are_known() -> None:
 
 
 def test_a_training_that_is_not_there_names_the_command(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="train with python -m policies.train drl-cd"):
+    with pytest.raises(InvalidInput, match=r"train with python -m policies.train drl-cd"):
         read_curves("drl-cd", tmp_path)
 
 

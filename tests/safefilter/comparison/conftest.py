@@ -100,6 +100,7 @@ def summary(feasible: Problem, empty: Problem) -> Summary:
         contenders=(GOOD, LIAR),
         attempts=attempts,
         crossings={GOOD: [calm], LIAR: [crash]},
+        left_out=0,
         seconds=1.0,
     )
     return Summary.of(comparison, 2e-3)

@@ -53,7 +53,7 @@ def test_it_compares_recordings_and_writes_every_file(
             "settings: expected some of default, tolerance, tight, got 'loose'",
         ),
         (["--budget", "0"], "budget: expected a number above 0, got 0.0"),
-        (["--time-limit", "-1"], "time_limit: expected a number above 0, got -1.0"),
+        (["--time-limit", "0"], "time_limit: expected a number above 0, got 0.0"),
         (["--rounds", "0"], "rounds: expected 1 or more, got 0"),
         (["--problems", "nowhere.jsonl"], "nowhere.jsonl: expected a readable file of problems"),
         (

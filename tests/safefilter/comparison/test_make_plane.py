@@ -34,7 +34,7 @@ def test_margins_are_those_asked_for(sign: float) -> None:
         way, margin = problem.sequence.split()
         found = truth_of(problem, 1e-9).margin / make_plane.V_MAX
         if way == "wedge":
-            # A needle: the rows that face each other leave about as much as they were moved by.
+            # A needle: rounding of its corner is a thousand times that of its rows.
             assert 0.0 < sign * found <= 1.001 * float(margin)
         else:
             assert found == pytest.approx(sign * float(margin), rel=1e-3)

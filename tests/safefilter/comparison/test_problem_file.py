@@ -142,7 +142,7 @@ def test_an_answer_without_a_point_says_that_hard_rows_contradict(tmp_path: Path
         (0, '{"format": "safefilter-problems", "version": 1}', "line 1: the field 'name' is missing"),
         (1, "null", "line 2: expected an object"),
         (1, "{}", "line 2: the field 'wanted' is missing"),
-        (1, '{"wanted": [0, 0], "rows": [[1]], "hard": []}', "line 2: cannot reshape"),
+        (1, '{"wanted": [0, 0], "rows": [[1]], "hard": []}', "line 2: rows: expected 3 numbers each"),
         (
             1,
             '{"sequence":"","wanted":[0,0],"rows":[[3,4,0]],"hard":[0],"scale":1,"radius":1}',

@@ -21,7 +21,7 @@ class Balance(HTMLParser):
         super().__init__()
         self.open: list[str] = []
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:  # noqa: ARG002 - theirs
         if tag not in VOID:
             self.open.append(tag)
 
@@ -35,7 +35,7 @@ def test_the_answer_comes_first(summary: Summary) -> None:
     first = text[: text.index("<svg")]
     assert "good @ tolerance: 2000 us a decision." in first
     assert "None decides 99 % of the problems itself." in first
-    assert first.count('class="answer') == 4
+    assert len(re.findall(r'class="answer(?: none)?"', first)) == 4
     assert first.count("<table>") == 2
 
 

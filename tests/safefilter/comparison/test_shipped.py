@@ -88,7 +88,7 @@ def margins(name: str) -> list[float]:
     return [truth.margin / problems.problems[k].scale for k, truth in problems.truths.items()]
 
 
-@pytest.mark.parametrize("name", [name for name in SHIPPED if name.startswith(("rec", "barriers"))])
+@pytest.mark.parametrize("name", [*SHIPPED[:3], "barriers_3", "barriers_6", "barriers_12"])
 def test_what_robots_meet_is_of_both_cases(name: str) -> None:
     assert {Case.PROJECTED, Case.LEAST_VIOLATION} <= cases(name)
 
@@ -102,7 +102,7 @@ def test_case_2_leaves_room() -> None:
 def test_barely_means_margins_of_1e_3_to_1e_9(name: str, sign: float) -> None:
     found = sign * np.array(margins(name))
     assert (found > 0.0).all()
-    # A needle's inner circle is smaller than the distance its rows were moved by; nothing else is.
+    # Rounding of a needle's corner is a thousand times that of its rows: so not all four.
     for margin in MARGINS:
         assert np.isclose(found, margin, rtol=1e-3, atol=1e-15).sum() >= 3
 
@@ -147,5 +147,5 @@ def test_barriers_have_as_many_variables_as_they_say(name: str, variables: int) 
 
 
 def test_an_unknown_set_is_refused_with_a_hint() -> None:
-    with pytest.raises(InvalidInput, match="no set is called 'case2'. Did you mean 'case_2'"):
+    with pytest.raises(InvalidInput, match=r"no set is called 'case2'\. Did you mean 'case_2'"):
         shipped_set("case2")

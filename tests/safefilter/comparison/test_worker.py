@@ -26,8 +26,8 @@ def set_of(*problems: Problem) -> ProblemSet:
 def test_solvers_in_sequence_are_kept_and_cold_ones_are_new(feasible: Problem) -> None:
     bench = Bench([set_of(feasible)])
     tasks = {mode: Decide(0, 0, mode, [PLANAR]) for mode in Mode}
-    kept = [bench._solvers(Mode.SEQUENCE, PLANAR, feasible) for _ in range(2)]
-    new = [bench._solvers(Mode.COLD, PLANAR, feasible) for _ in range(2)]
+    kept = [bench._solvers(tasks[Mode.SEQUENCE], PLANAR, 1.0) for _ in range(2)]
+    new = [bench._solvers(tasks[Mode.COLD], PLANAR, 1.0) for _ in range(2)]
     assert kept[0] is kept[1]
     assert new[0] is not new[1]
     for task in tasks.values():
