@@ -120,12 +120,6 @@ def posed_problems(
         )
 
 
-<<<<<<< HEAD
-def _finite_bounds(box: Box) -> npt.NDArray[np.float64]:
-    bounds: npt.NDArray[np.float64] = np.concatenate([box.low, box.high])
-    finite: npt.NDArray[np.float64] = bounds[np.isfinite(bounds)]
-    return finite
-=======
 def _sizes(
     safety_filter: SafetyFilter, scene: AnyScene, index: IntArray
 ) -> tuple[float, FloatArray, FloatArray]:
@@ -139,4 +133,3 @@ def _sizes(
         np.full(len(index), size / kinematics.unit) for size in (largest, kinematics.radius)
     )
     return kinematics.unit, scales, radii
->>>>>>> compare
