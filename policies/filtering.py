@@ -101,7 +101,7 @@ class Filtering:
                 return SafetyFilter([orca], drive)
 
 
-RIGHT_BIAS = 0.25
+RIGHT_BIAS = 0.0
 """Of ours, in rad: robots that push each other turn to the right, so that all learn the same side, norm-1."""
 OFF = Filtering("off")
 """No filter."""
