@@ -186,11 +186,12 @@ _ALL = (
     ),
 )
 _ABLATIONS = {
-    "short": "Ours after the paper's number of training steps; what the rows below it leave one thing out of.",
+    "short": "Ours after the paper's number of training steps; what the rows below it change one thing of.",
     "no-norms": "Nothing paid for passing right and overtaking left.",
     "paper-reward": "The paper's weights, with its norm area and without explicit norms.",
     "no-cap": "Trained behind the paper's filter, driven behind ours.",
     "no-memory": "The policy remembers nothing.",
+    "with-trail": "The policy also remembers where it has spent its time, see envs/trail.py.",
 }
 _MORE = (
     Method(

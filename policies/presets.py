@@ -2,7 +2,7 @@
 
 ``srl-orca`` is ours. ``drl-cf`` and ``drl-cd`` are the paper's curiosity-free and curiosity-driven policies, trained
 alone; with ``-sparse`` without R^mf and R^dir, as in Fig. 5(a). ``short`` is ours with the paper's number of steps, and
-the others are that with one thing left out, or as the paper has it.
+the others are that with one thing left out, added, or as the paper has it.
 """
 
 from __future__ import annotations
@@ -32,5 +32,6 @@ PRESETS: dict[str, TrainingSettings] = {
     "paper-reward": replace(SHORT, reward=RewardWeights()),
     "no-cap": replace(SHORT, filtering=Filtering("literal")),
     "nearest-leg": replace(SHORT, filtering=Filtering("ours")),
+    "with-trail": replace(SHORT, layout=ObservationLayout(has_memory=True, has_trail=True)),
     "no-memory": replace(SHORT, layout=ObservationLayout(has_memory=False)),
 }
