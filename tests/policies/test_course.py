@@ -203,7 +203,7 @@ def test_worlds_change_their_maps_when_their_time_is_over_and_no_others_do() -> 
             ages += before[is_new & (before > 0)].tolist()
             np.testing.assert_array_equal(world.step_count[~is_new], before[~is_new])
             np.testing.assert_array_equal(world.goal[~is_new], goals[~is_new])
-        course.step(np.tile(np.float32(STAND), (16, 1)))
+        course.step(np.tile(np.array(STAND, dtype=np.float32), (16, 1)))
     # A world can be late by less than a rollout; only the first maps are left sooner.
     assert max(ages) < SMALL.course.map_steps + SMALL.course.rollout_steps
     assert sum(age < SMALL.course.map_steps for age in ages) <= 4
@@ -212,7 +212,7 @@ def test_worlds_change_their_maps_when_their_time_is_over_and_no_others_do() -> 
 
 def test_worlds_do_not_all_change_their_maps_at_once() -> None:
     course = Course(replace(SMALL, course=replace(SMALL.course, num_worlds=32)))
-    still = np.tile(np.float32(STAND), (course.navigation.world.v_max.size, 1))
+    still = np.tile(np.array(STAND, dtype=np.float32), (course.navigation.world.v_max.size, 1))
     changed = []
     for _ in range(SMALL.course.map_steps):
         course.step(still)
@@ -298,7 +298,7 @@ def test_speeds_of_new_maps_are_known_to_the_filter() -> None:
     first: FloatArray = world.v_max.copy()
     drive(course, 2 * SMALL.course.map_steps)
     assert not np.array_equal(world.v_max, first)
-    step = course.step(np.tile(np.float32(AHEAD), (16, 1)))
+    step = course.step(np.tile(np.array(AHEAD, dtype=np.float32), (16, 1)))
     speed = np.linalg.norm(world.velocity, axis=-1)
     assert (speed <= world.v_max + 1e-9).all()
     assert not step.collided.any()

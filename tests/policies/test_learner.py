@@ -182,7 +182,7 @@ def test_a_step_follows_the_joint_objective_written_out(settings: TrainingSettin
     target = torch.from_numpy(advantage[acts]) + value.detach()[:-1][acts]
     error = 0.5 * (value[:-1][acts] - target).square().mean()
     loss = -gain + ppo.value_weight * error - ppo.entropy_weight * networks.entropy()
-    (loss + foreseen).backward()
+    (loss + foreseen).backward()  # type: ignore[no-untyped-call]
     parameters = [parameter for module in modules for parameter in module.parameters()]
     optimiser = torch.optim.Adam(parameters, 1e-3, eps=ADAM_EPSILON)
     for module in modules:

@@ -16,6 +16,7 @@ from safefilter.arrays import FloatArray
 from safefilter.errors import InvalidInput, NotFinite, OutOfRange
 
 NUM_INPUTS = 3
+LAST_WEIGHT, LAST_BIAS = "actor.2.weight", "actor.2.bias"
 
 
 @pytest.fixture(autouse=True)
@@ -30,7 +31,7 @@ def made(seed: int = 0) -> ActorCritic:
     torch.manual_seed(seed)
     networks = ActorCritic(NUM_INPUTS, (8,))
     with torch.no_grad():
-        networks.actor[-1].weight.mul_(100.0)
+        networks.get_parameter(LAST_WEIGHT).mul_(100.0)
     return networks
 
 
@@ -88,7 +89,7 @@ def test_beyond_the_clip_nothing_pulls() -> None:
 def test_a_policy_beyond_the_clip_on_the_wrong_side_is_pulled_back() -> None:
     networks, batch = with_ratios([0.5], [2.0])
     losses(networks, batch, 0.2).policy.backward()  # type: ignore[no-untyped-call]
-    gradient = networks.actor[-1].bias.grad
+    gradient = networks.get_parameter(LAST_BIAS).grad
     assert gradient is not None
     assert gradient.any()
 
@@ -99,7 +100,10 @@ def written_out(networks: ActorCritic, batch: Batch, clip: float) -> dict[str, f
 
     def net(name: str, signal: FloatArray) -> FloatArray:
         hidden = signal @ state[f"{name}.0.weight"].T + state[f"{name}.0.bias"]
-        return np.maximum(hidden, 0.0) @ state[f"{name}.2.weight"].T + state[f"{name}.2.bias"]
+        out: FloatArray = (
+            np.maximum(hidden, 0.0) @ state[f"{name}.2.weight"].T + state[f"{name}.2.bias"]
+        )
+        return out
 
     observation, action, before, advantage, target = (
         getattr(batch, name).double().numpy()
@@ -135,11 +139,11 @@ def test_a_policy_that_has_not_moved_is_pulled_along_the_plain_policy_gradient()
     networks = made()
     batch = samples(networks, moved=0.0)
     losses(networks, batch, 0.2).policy.backward()  # type: ignore[no-untyped-call]
-    clipped = networks.actor[-1].weight.grad
+    clipped = networks.get_parameter(LAST_WEIGHT).grad
     networks.zero_grad()
     plain = (networks.log_probability(batch.observation, batch.action) * batch.advantage).mean()
-    (-plain).backward()
-    expected = networks.actor[-1].weight.grad
+    (-plain).backward()  # type: ignore[no-untyped-call]
+    expected = networks.get_parameter(LAST_WEIGHT).grad
     assert clipped is not None
     assert expected is not None
     torch.testing.assert_close(clipped, expected, rtol=1e-3, atol=1e-5)
@@ -165,7 +169,7 @@ def test_divergence_estimates_that_of_kullback_and_leibler() -> None:
         networks.actor(batch.observation).detach(), networks.log_std.exp().detach()
     )
     with torch.no_grad():
-        networks.actor[-1].bias.add_(0.05)
+        networks.get_parameter(LAST_BIAS).add_(0.05)
         networks.log_std.add_(0.02)
     after = torch.distributions.Normal(networks.actor(batch.observation), networks.log_std.exp())
     expected = torch.distributions.kl_divergence(before, after).sum(-1).mean().item()
@@ -239,11 +243,11 @@ def test_learning_rate_stays_where_it_is_beyond_the_end() -> None:
 )
 def test_settings_that_cannot_be_are_refused(field: str, value: float, message: str) -> None:
     with pytest.raises(OutOfRange, match=message):
-        replace(PPOSettings(), **{field: value})
+        replace(PPOSettings(), **{field: value})  # type: ignore[arg-type]  # of any of them
 
 
 @pytest.mark.parametrize("field", ["learning_rate", "discount", "entropy_weight"])
 def test_settings_that_are_no_numbers_are_refused(field: str) -> None:
     with pytest.raises(NotFinite, match=field):
-        replace(PPOSettings(), **{field: math.nan})
+        replace(PPOSettings(), **{field: math.nan})  # type: ignore[arg-type]  # of any of them
     assert issubclass(NotFinite, InvalidInput)
