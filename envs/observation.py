@@ -68,7 +68,10 @@ class Observer:
         self._robots = world.arrays
         self._beams = Beams.evenly(self.layout.num_beams)
         self._odometry = Odometry(
-            world.num_worlds, world.num_robots, rules.dt, is_used=self.layout.has_memory
+            world.num_worlds,
+            world.num_robots,
+            rules.dt,
+            is_used=self.layout.has_memory or self.layout.has_trail,
         )
         self.sensed = Sensed(given, self._robots)
         self._kept_walls: WallArrays | None = None
@@ -77,6 +80,7 @@ class Observer:
             num_neighbours=self.layout.num_neighbours,
             num_beams=self.layout.num_beams,
             has_memory=self.layout.has_memory,
+            has_trail=self.layout.has_trail,
             speed_scale=self.layout.speed_scale,
             sensing_range=rules.sensing_range,
             lidar_range=rules.lidar_range,
@@ -222,8 +226,9 @@ def _observe(
                 )
                 step = robots.step_count[w]
                 write_beams(written, first, nearness, settings, seed[w], step, w, i)
+            first += settings.num_beams
             if settings.has_memory:
-                first += settings.num_beams
                 write_memory(written, first, robots, odometry, w, i, cosine, sine, settings.dt)
-                first += MEMORY_SIZE - NUM_SECTORS
+                first += MEMORY_SIZE
+            if settings.has_trail:
                 write_trail(written, first, robots, odometry, w, i, cosine, sine, total)

@@ -25,7 +25,7 @@ TIME_SCALE = 10.0  # s
 SPEED_SCALE = 0.2  # m/s
 GOAL_DECAY = 3.0  # 1/m
 FAR_DECAY, NEAR_DECAY, BEAM_DECAY = 1.5, 8.0, 1.2  # 1/m
-OWN_SIZE, NEIGHBOUR_SIZE, MEMORY_SIZE = 9, 9, 21
+OWN_SIZE, NEIGHBOUR_SIZE, MEMORY_SIZE = 9, 9, 13
 
 
 class ObservationSettings(NamedTuple):
@@ -35,6 +35,7 @@ class ObservationSettings(NamedTuple):
         num_neighbours: k.
         num_beams: K.
         has_memory: Is there a block of memory?
+        has_trail: Is there a block of the trail?
         speed_scale: Of relative velocities, in m/s.
         sensing_range: Distance of centres up to which robots see each other, in m.
         lidar_range: In m.
@@ -47,6 +48,7 @@ class ObservationSettings(NamedTuple):
     num_neighbours: int
     num_beams: int
     has_memory: bool
+    has_trail: bool
     speed_scale: float
     sensing_range: float
     lidar_range: float
@@ -271,7 +273,7 @@ def write_trail(
     sine: float,
     total: FloatArray,
 ) -> None:
-    """Write the trail, the last part of the memory, from column ``first`` on; ``total`` is working space."""
+    """Write the block of the trail from column ``first`` on; ``total`` is working space."""
     x, y = robots.position[w, i, 0], robots.position[w, i, 1]
     add_up_trail(odometry.place[w, i], odometry.num_places[w, i], x, y, cosine, sine, total)
     for k in range(len(total)):

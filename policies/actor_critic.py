@@ -53,13 +53,14 @@ class ActorCritic(nn.Module):
 
         Args:
             observation: Shape (B, F).
-            generator: Source of chance; None: torch's own.
+            generator: Source of chance, on the CPU wherever the networks live, so that all draw the same; None: torch's
+                own.
 
         Returns:
             Actions, shape (B, 2), not clipped, and their log-probabilities, shape (B,).
         """
         mean = self.actor(observation)
-        noise = torch.randn(mean.shape, generator=generator, device=mean.device)
+        noise = torch.randn(mean.shape, generator=generator, device="cpu").to(mean.device)
         return mean + noise * self.log_std.exp(), _log_probability(noise, self.log_std)
 
     def log_probability(self, observation: Tensor, action: Tensor) -> Tensor:

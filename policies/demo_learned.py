@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,7 @@ from policies.rollout import roll_out
 
 SCENARIOS = {"3": "crossroad", "4": "n_c_o_intersection"}
 """Numbers of the paper's scenarios, and their names."""
+PLACES = {"3": "3 crossroad", "4": "4 traps, crossroad"}
 SHOWN = ("nh-orca", "srl-orca-off", "srl-orca-map")
 """Methods, see `policies.methods`."""
 TITLES = {"nh-orca": "NH-ORCA", "srl-orca-off": "learned, filter off", "srl-orca-map": "learned"}
@@ -79,19 +81,20 @@ def learned_table(showings: Mapping[tuple[str, str], Showing]) -> Table:
         show_edge=False,
         pad_edge=False,
     )
-    table.add_column("scenario", no_wrap=True)
-    table.add_column("policy", no_wrap=True)
-    for header in ("success\n(%)", "hit\nrobots (%)", "hit\nwalls (%)", "mean\ntime (s)"):
+    for header in ("scenario", "policy", "filter"):
+        table.add_column(header, no_wrap=True)
+    for header in ("success\n(%)", "hit robots\n(%)", "hit walls\n(%)", "time\n(s)"):
         table.add_column(header, justify="right", no_wrap=True)
     for (number, method), showing in showings.items():
         row = showing.row
         table.add_row(
-            f"{number} {SCENARIOS[number].replace('_', ' ')}",
-            TITLES[method],
+            PLACES[number],
+            TITLES[method].removesuffix(", filter off"),
+            "off" if METHODS[method].filtering.kind == "off" else "on",
             f"{100.0 * row.success_rate:.1f}",
             f"{100.0 * row.collision_robot_rate:.1f}",
             f"{100.0 * row.collision_obstacle_rate:.1f}",
-            f"{row.mean_time:.1f}",
+            "-" if math.isnan(row.mean_time) else f"{row.mean_time:.1f}",
             end_section=method == SHOWN[-1],
         )
     return table

@@ -60,7 +60,7 @@ class Learner:
         networks: Actor and critic.
         curiosity: Networks that foresee; None without.
         optimiser: Adam, over all of them.
-        generator: Source of chance.
+        generator: Source of chance, on the CPU wherever networks live: a training can go on elsewhere.
     """
 
     def __init__(self, settings: TrainingSettings, device: str = "cpu") -> None:
@@ -72,7 +72,7 @@ class Learner:
         """
         self._settings = settings
         self._device = torch.device(device)
-        self.generator = torch.Generator(self._device).manual_seed(settings.seed)
+        self.generator = torch.Generator("cpu").manual_seed(settings.seed)
         # Networks draw from torch's own generator, on the CPU wherever they will live; nobody else is disturbed.
         with torch.random.fork_rng(devices=[]):
             torch.default_generator.manual_seed(settings.seed)
@@ -211,7 +211,8 @@ class Learner:
         return {name: _mean(name, steps) for name in steps[0]}
 
     def _shuffled(self, number: int) -> Tensor:
-        return torch.randperm(number, generator=self.generator, device=self._device)
+        order = torch.randperm(number, generator=self.generator, device="cpu")
+        return order.to(self._device)
 
     def _parts_of(
         self, transitions: Transitions | None, num_parts: int

@@ -185,7 +185,39 @@ _ALL = (
         about="Ours, but the filter takes the nearest leg of the velocity obstacle, not that of the norm.",
     ),
 )
-METHODS: dict[str, Method] = {method.name: method for method in _ALL}
+_ABLATIONS = {
+    "short": "Ours after the paper's number of training steps; what the rows below it change one thing of.",
+    "no-norms": "Nothing paid for passing right and overtaking left.",
+    "paper-reward": "The paper's weights, with its norm area and without explicit norms.",
+    "no-cap": "Trained behind the paper's filter, driven behind ours.",
+    "no-memory": "The policy remembers nothing.",
+    "with-trail": "The policy also remembers where it has spent its time, see envs/trail.py.",
+}
+_MORE = (
+    Method(
+        "drl-cd-filtered",
+        "DRL-cd, filtered",
+        "learned",
+        OURS_WITH_MAP,
+        "drl-cd",
+        is_unpinned=True,
+        about="Learnt without a filter, driven behind ours, with a map.",
+    ),
+    *(
+        Method(name, name, "learned", OURS_WITH_MAP, name, is_unpinned=True, about=about)
+        for name, about in _ABLATIONS.items()
+    ),
+    Method(
+        "nearest-leg",
+        "nearest-leg",
+        "learned",
+        IMPARTIAL,
+        "nearest-leg",
+        is_unpinned=True,
+        about="Trained and driven behind a filter that knows no side.",
+    ),
+)
+METHODS: dict[str, Method] = {method.name: method for method in (*_ALL, *_MORE)}
 
 
 def find_method(name: str) -> Method:

@@ -11,6 +11,7 @@ from policies.table_cell import Cell
 from policies.table_scenarios import FURTHER_SCENARIOS, PAPER_SCENARIOS, TABLE_SCENARIOS
 
 CROWDED = ("crossroad", "crossroad_congested", "crossroad_dense")
+ABLATED = (*PAPER_SCENARIOS, "deep_traps", "town_held_out")
 PLAN: dict[str, tuple[str, ...]] = {
     "drl-cf": PAPER_SCENARIOS,
     "drl-cd": PAPER_SCENARIOS,
@@ -26,6 +27,11 @@ PLAN: dict[str, tuple[str, ...]] = {
     "srl-orca-delayed": CROWDED,
     "srl-orca-pinned": ("n_c_o_intersection", "deep_traps", "town_held_out"),
     "srl-orca-nearest": ("passing", "overtaking"),
+    "drl-cd-filtered": PAPER_SCENARIOS,
+    **dict.fromkeys(
+        ("short", "no-norms", "paper-reward", "no-cap", "nearest-leg", "no-memory", "with-trail"),
+        ABLATED,
+    ),
 }
 """Scenarios of each method, in the order of the rows: ours everywhere, others where the paper has them, ablations where
 they show."""

@@ -6,6 +6,7 @@ Letters: none. SI units.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -172,7 +173,8 @@ class TrainingRun:
             figures[f"success/{name}"] = row.success_rate
             figures[f"social_success/{name}"] = row.social_success_rate
             figures[f"time/{name}"] = row.mean_time
-        return figures
+        # NaN: of nobody.
+        return {name: value for name, value in figures.items() if math.isfinite(value)}
 
     def _weights(self) -> Weights:
         settings = self.trainer.settings

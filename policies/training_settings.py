@@ -5,7 +5,7 @@ SI units.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from envs.observation_layout import ObservationLayout
 from envs.reward import RewardWeights
@@ -56,13 +56,13 @@ USUAL_REWARD = RewardWeights(
     forward=20.0,
     direction=0.3,
     time=-1.0,
-    norm=-0.2,
+    norm=0.0,
     passing=-1.25,
     overtaking=-2.0,
     intervention=-1.0,
 )
 """What made robots fast and polite; with the paper's weights they arrive as surely, but later: see docs/learning.md."""
-USUAL_FILTERING = OURS_WITH_MAP
+USUAL_FILTERING = replace(OURS_WITH_MAP, right_bias=0.0)
 USUAL_COURSE = CourseSettings()
 USUAL_PPO = PPOSettings()
 

@@ -33,7 +33,7 @@ class _PlainLoader(yaml.SafeLoader):
         Raises:
             yaml.composer.ComposerError: If it is an alias, has a tag, or is in too many others.
         """
-        event = self.peek_event()
+        event = self.peek_event()  # type: ignore[no-untyped-call]  # its stubs forget this one
         mark = event.start_mark
         if self.check_event(yaml.AliasEvent):
             raise ComposerError(None, None, "an alias (*name); write it out", mark)

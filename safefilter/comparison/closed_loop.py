@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from safefilter.arrays import FloatArray
-from safefilter.closest_approach import closest_approach, pairs_within
+from safefilter.closest_approach import Approach, closest_approach, pairs_within
 from safefilter.comparison.attempt import decide, raw_answer
 from safefilter.comparison.contender import Contender, accuracy_of, make_contender
 from safefilter.comparison.make_driven import Course
@@ -59,6 +59,7 @@ class _Step(NamedTuple):
     velocity: FloatArray
     decisions: int
     not_own: int
+    seconds: float = 0.0
 
 
 Driver: TypeAlias = Callable[[Scene, FloatArray], _Step]
@@ -86,33 +87,28 @@ def drive_across(contender: Contender, *, is_verified: bool, num_steps: int) -> 
     position, velocity = course.start.copy(), np.zeros_like(course.start)
     radius, pairs = np.full(NUM_ROBOTS, RADIUS), pairs_within(np.zeros(NUM_ROBOTS, dtype=np.int64))
     time_to_goal = np.full(NUM_ROBOTS, np.nan)
-    clearance, times = math.inf, []
-    collisions = decisions = not_own = 0
-    for number in range(num_steps):
+    steps: list[_Step] = []
+    approaches: list[Approach] = []
+    while len(steps) < num_steps and np.isnan(time_to_goal).any():
         scene, wanted = course.scene(position, velocity), course.wanted(position)
         start = perf_counter()
         step = driver(scene, wanted)
-        if step.decisions:
-            times.append(perf_counter() - start)
-        decisions, not_own = decisions + step.decisions, not_own + step.not_own
+        steps.append(step._replace(seconds=perf_counter() - start))
         velocity = step.velocity
-        approach = closest_approach(position, DT * velocity, radius, pairs)
-        clearance = min(clearance, float(approach.least.min()))
-        collisions += int(approach.collided.sum())
+        approaches.append(closest_approach(position, DT * velocity, radius, pairs))
         position = position + DT * velocity
         there = np.hypot(*(course.goal - position).T) <= ARRIVED
-        time_to_goal[there & np.isnan(time_to_goal)] = (number + 1) * DT
-        if there.all():
-            break
-    arrived = ~np.isnan(time_to_goal)
+        time_to_goal[there & np.isnan(time_to_goal)] = len(steps) * DT
+    arrived = time_to_goal[~np.isnan(time_to_goal)]
+    times = [step.seconds for step in steps if step.decisions]
     return Crossing(
         is_verified=is_verified,
-        min_clearance=clearance,
-        collisions=collisions,
-        arrived=float(arrived.mean()),
-        time_to_goal=float(time_to_goal[arrived].mean()) if arrived.any() else math.nan,
-        decisions=decisions,
-        not_own=not_own,
+        min_clearance=min(float(approach.least.min()) for approach in approaches),
+        collisions=sum(int(approach.collided.sum()) for approach in approaches),
+        arrived=len(arrived) / NUM_ROBOTS,
+        time_to_goal=float(arrived.mean()) if len(arrived) else math.nan,
+        decisions=sum(step.decisions for step in steps),
+        not_own=sum(step.not_own for step in steps),
         step_time=float(np.median(times)) if times else math.nan,
     )
 

@@ -137,7 +137,7 @@ def _backends(options: Options) -> tuple[str, ...]:
                 f"backends: {name!r} is not installed. There are: {', '.join(known)}"
             )
     if options.backends:
-        return options.backends
+        return tuple(dict.fromkeys(options.backends))
     # The built-in one first, and in a quick run only what is fast.
     fast = [name for name in known if not (options.quick and name.startswith(SLOW))]
     return tuple(sorted(fast, key=lambda name: (name != "planar", ":" in name, name)))

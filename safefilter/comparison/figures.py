@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from safefilter.arrays import FloatArray
-from safefilter.comparison.advice import MOST_REFUSED, standings_of
+from safefilter.comparison.advice import MOST_REFUSED, Standing, standings_of
 from safefilter.comparison.contender import Contender, Setting
 from safefilter.comparison.measures import SAFE_EXCESS, judged
 from safefilter.comparison.problem import groups_of
@@ -70,32 +70,12 @@ def violation_figure(summary: Summary, kind: str) -> Figure:
         summary.comparison, groups_of(summary.comparison.sets)[kind], summary.budget
     )
     labelled: set[str] = set()
-    for contender, measures in standings:
-        if math.isnan(measures.worst_excess):
-            continue
-        x, y = 1e3 * measures.total.p50, max(measures.worst_excess, FLOOR)
-        colour = SETTING_COLOURS[contender.setting]
-        filled = measures.fail_closed <= MOST_REFUSED
-        ax.plot(
-            x,
-            y,
-            marker=SETTING_MARKERS[contender.setting],
-            color=colour,
-            markerfacecolor=colour if filled else "none",
-            linestyle="none",
-            markersize=7,
-        )
-        # One name a backend, on different heights where they crowd.
-        if contender.backend not in labelled:
-            ax.annotate(
-                contender.backend,
-                (x, y),
-                xytext=(4, 10 + 13 * (len(labelled) % 5)),
-                textcoords="offset points",
-                fontsize=7,
-                arrowprops={"arrowstyle": "-", "linewidth": 0.5, "color": "#57606a"},
-            )
-            labelled.add(contender.backend)
+    for standing in standings:
+        if not math.isnan(standing.measures.worst_excess):
+            # One name a backend, on different heights where they crowd.
+            is_new = standing.contender.backend not in labelled
+            _mark(ax, standing, 10 + 13 * (len(labelled) % 5) if is_new else None)
+            labelled.add(standing.contender.backend)
     lowest, highest = ax.get_ylim()
     lowest, highest = min(lowest, SAFE_EXCESS) / 30.0, max(highest, SAFE_EXCESS) * 30.0
     ax.axhspan(lowest, SAFE_EXCESS, color="#009e73", alpha=0.08)
@@ -108,6 +88,31 @@ def violation_figure(summary: Summary, kind: str) -> Figure:
     ax.grid(which="major", alpha=0.25)
     _settings_legend(ax, [s for s in Setting if _has(summary, s)], "best", markers=True)
     return figure
+
+
+def _mark(ax: Axes, standing: Standing, name_height: int | None) -> None:
+    """One contender; its name that many points higher, or no name."""
+    contender, measures = standing
+    x, y = 1e3 * measures.total.p50, max(measures.worst_excess, FLOOR)
+    colour = SETTING_COLOURS[contender.setting]
+    ax.plot(
+        x,
+        y,
+        marker=SETTING_MARKERS[contender.setting],
+        color=colour,
+        markerfacecolor=colour if measures.fail_closed <= MOST_REFUSED else "none",
+        linestyle="none",
+        markersize=7,
+    )
+    if name_height is not None:
+        ax.annotate(
+            contender.backend,
+            (x, y),
+            xytext=(4, name_height),
+            textcoords="offset points",
+            fontsize=7,
+            arrowprops={"arrowstyle": "-", "linewidth": 0.5, "color": "#57606a"},
+        )
 
 
 def profile_figure(summary: Summary, kind: str) -> Figure:

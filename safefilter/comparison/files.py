@@ -12,6 +12,7 @@ from pathlib import Path
 
 from safefilter.comparison.contender import ACCURACY, Setting
 from safefilter.comparison.measures import SAFE_EXCESS
+from safefilter.comparison.problem import ProblemSet
 from safefilter.comparison.summary import Summary
 
 Cell = float | int | str | bool | None
@@ -44,16 +45,7 @@ def as_object(summary: Summary) -> dict[str, object]:
         "accuracy": ACCURACY,
         "safe_excess": SAFE_EXCESS,
         "settings": {setting.title: setting.value for setting in Setting},
-        "sets": [
-            {
-                "name": problems.name,
-                "description": problems.description,
-                "unit": problems.unit,
-                "problems": len(problems),
-                "dimensions": list(problems.dimensions),
-            }
-            for problems in comparison.sets
-        ],
+        "sets": [_about(problems) for problems in comparison.sets],
         "advice": [
             {
                 "question": advice.question,
@@ -64,16 +56,30 @@ def as_object(summary: Summary) -> dict[str, object]:
             for advice in summary.advice
         ],
         "measures": _rows(summary),
-        "crossings": [
-            {
-                "backend": contender.backend,
-                "setting": "filter" if crossing.is_verified else contender.setting.title,
-                **{name: _cell(value) for name, value in crossing._asdict().items()},
-            }
-            for contender, crossings in comparison.crossings.items()
-            for crossing in crossings
-        ],
+        "crossings": _crossings(summary),
     }
+
+
+def _about(problems: ProblemSet) -> dict[str, object]:
+    return {
+        "name": problems.name,
+        "description": problems.description,
+        "unit": problems.unit,
+        "problems": len(problems),
+        "dimensions": list(problems.dimensions),
+    }
+
+
+def _crossings(summary: Summary) -> list[dict[str, Cell]]:
+    return [
+        {
+            "backend": contender.backend,
+            "setting": "filter" if crossing.is_verified else contender.setting.title,
+            **{name: _cell(value) for name, value in crossing._asdict().items()},
+        }
+        for contender, crossings in summary.comparison.crossings.items()
+        for crossing in crossings
+    ]
 
 
 def _rows(summary: Summary) -> list[dict[str, Cell]]:

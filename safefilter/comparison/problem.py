@@ -82,23 +82,9 @@ class Problem:
         if padding < 0:
             raise OutOfRange(f"padding: expected a number of rows from 0 up, got {padding}")
         target = finite_array(wanted, "wanted", ("d",))
-        bounds = finite_array(offsets, "offsets", ("M",))
-        flags = np.array(hard, dtype=np.bool_)
-        if len(target) == 0 or flags.shape != bounds.shape:
-            raise ShapeError(
-                f"hard: expected shape {bounds.shape} for {len(target)} > 0 dimensions, got {flags.shape}"
-            )
-        directions = finite_array(normals, "normals", (len(bounds), len(target)))
-        labels = np.zeros((1, len(bounds), 2), dtype=np.int64)
-        labels[0, :, 1] = np.arange(len(bounds))
-        rows = HalfSpaces(
-            normals=directions[np.newaxis],
-            offsets=bounds[np.newaxis],
-            hard=flags[np.newaxis],
-            present=np.ones((1, len(bounds)), dtype=np.bool_),
-            labels=labels,
-            sources=("row",),
-        )
+        if len(target) == 0:
+            raise ShapeError("wanted: expected at least one number, got none")
+        rows = _rows(len(target), normals, offsets, hard)
         return cls(sequence, frozen(target), rows, size, float(radius), int(padding))
 
     @property
@@ -120,6 +106,30 @@ class Problem:
     def hard(self) -> BoolArray:
         """Which rows are never given up, shape (M,)."""
         return self.rows.hard[0]
+
+
+def _rows(
+    dimension: int, normals: npt.ArrayLike, offsets: npt.ArrayLike, hard: npt.ArrayLike
+) -> HalfSpaces:
+    """Rows of one decision; arguments as in `Problem.of`.
+
+    Raises:
+        ShapeError: If shapes do not belong together.
+    """
+    bounds = finite_array(offsets, "offsets", ("M",))
+    flags = np.array(hard, dtype=np.bool_)
+    if flags.shape != bounds.shape:
+        raise ShapeError(f"hard: expected shape {bounds.shape}, got {flags.shape}")
+    labels = np.zeros((1, len(bounds), 2), dtype=np.int64)
+    labels[0, :, 1] = np.arange(len(bounds))
+    return HalfSpaces(
+        normals=finite_array(normals, "normals", (len(bounds), dimension))[np.newaxis],
+        offsets=bounds[np.newaxis],
+        hard=flags[np.newaxis],
+        present=np.ones((1, len(bounds)), dtype=np.bool_),
+        labels=labels,
+        sources=("row",),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

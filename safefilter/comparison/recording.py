@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from safefilter.arrays import FloatArray, IntArray
 from safefilter.comparison.problem import Problem
 from safefilter.comparison.problem_file import header, line_of, write_line
 from safefilter.constraints.constraint import AnyScene
@@ -104,16 +105,8 @@ def posed_problems(
     given = np.where(np.isfinite(action[asked]), action[asked], 0.0)
     rows = safety_filter.half_spaces(scene, given, index)
     target = safety_filter.biased(wanted)
-    kinematics = safety_filter.kinematics
-    if isinstance(kinematics, Box):
-        unit, who = kinematics.unit, "entry"
-        largest = float(np.abs(_finite_bounds(kinematics)).max(initial=0.0)) or unit
-        scales = np.full(len(index), largest / unit)
-        radii = np.full(len(index), kinematics.radius / unit)
-    else:
-        unit, who = 1.0, "robot"
-        scales = kinematics.v_max(scene)[index]
-        radii = kinematics.speed_limit(scene)[index]
+    unit, scales, radii = _sizes(safety_filter, scene, index)
+    who = "entry" if isinstance(safety_filter.kinematics, Box) else "robot"
     for k, number in enumerate(index.tolist()):
         present = rows.present[k]
         yield Problem.of(
@@ -127,6 +120,16 @@ def posed_problems(
         )
 
 
-def _finite_bounds(box: Box) -> npt.NDArray[np.float64]:
-    bounds = np.concatenate([box.low, box.high])
-    return bounds[np.isfinite(bounds)]
+def _sizes(
+    safety_filter: SafetyFilter, scene: AnyScene, index: IntArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """Unit of the problems, largest action of each decision in it, and bound on its length."""
+    kinematics = safety_filter.kinematics
+    if not isinstance(kinematics, Box):
+        return 1.0, kinematics.v_max(scene)[index], kinematics.speed_limit(scene)[index]
+    bounds = np.concatenate([kinematics.low, kinematics.high])
+    largest = float(np.abs(bounds[np.isfinite(bounds)]).max(initial=0.0)) or kinematics.unit
+    scales, radii = (
+        np.full(len(index), size / kinematics.unit) for size in (largest, kinematics.radius)
+    )
+    return kinematics.unit, scales, radii

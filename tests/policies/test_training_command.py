@@ -1,6 +1,7 @@
 """Tests of the command line: every setting can be reached, alike from the command line and from files."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -84,10 +85,18 @@ def all_changed() -> dict[str, Plain]:
     return {name: another(name, value) for name, value in usual}
 
 
+def assert_same(parsed: tuple[str, Command], name: str, expected: Command) -> None:
+    """Settings are compared as plain data, as norm areas are arrays."""
+    usual = PRESETS["srl-orca"]
+    assert parsed[0] == name
+    assert plain_settings(parsed[1].settings) == plain_settings(expected.settings)
+    assert replace(parsed[1], settings=usual) == replace(expected, settings=usual)
+
+
 def test_every_setting_can_be_reached_from_the_command_line_and_from_a_file(tmp_path: Path) -> None:
     changed = all_changed()
     expected = plain_settings(settings_of(nested(changed)))
-    assert dict(leaves(expected)) == pytest.approx(changed)
+    assert dict(leaves(expected)) == changed
     assert plain_settings(parse(as_options(changed))[1].settings) == expected
     path = tmp_path / "mine.yaml"
     path.write_text(yaml.safe_dump(nested(changed)), encoding="utf-8")
@@ -99,16 +108,16 @@ def test_every_option_of_a_run_can_be_reached() -> None:
     expected = Command(
         PRESETS["srl-orca"], Path("runs/mine"), "cpu", 3, keep_every=5, check_every=0, is_fresh=True
     )
-    assert parse(arguments.split()) == ("srl-orca", expected)
+    assert_same(parse(arguments.split()), "srl-orca", expected)
 
 
 @pytest.mark.parametrize("name", list(PRESETS))
 def test_presets_are_taken_by_name(name: str) -> None:
-    assert parse([name]) == (name, Command(PRESETS[name]))
+    assert_same(parse([name]), name, Command(PRESETS[name]))
 
 
 def test_without_a_name_ours_is_trained() -> None:
-    assert parse([]) == ("srl-orca", Command(PRESETS["srl-orca"]))
+    assert_same(parse([]), "srl-orca", Command(PRESETS["srl-orca"]))
     name, command = parse(["--settings.seed", "4"])
     assert (name, command.settings.seed) == ("srl-orca", 4)
 

@@ -108,7 +108,7 @@ def scalars(folder: Path) -> list[tuple[int, float]]:
 def test_a_training_leaves_curve_weights_checkpoints_and_events(whole: Path) -> None:
     points = curve(whole)
     steps = [point["num_steps"] for point in points]
-    assert steps == [ROLLOUT * (k + 1) for k in range(len(points))]
+    assert all(0 < step <= ROLLOUT for step in np.diff([0.0, *steps]))
     assert steps[-2] < TINY.num_steps <= steps[-1]
     assert {"reward", "arrival_rate", "policy_loss", "learning_rate"} <= set(points[0])
     assert len(list((whole / "checkpoints").iterdir())) == 2
@@ -226,10 +226,10 @@ def test_checks_drive_through_the_papers_scenarios_and_change_nothing(
 ) -> None:
     monkeypatch.setattr(training_run, "CHECK_EPISODES", 1)
     monkeypatch.setattr(training_run, "CHECKED", ("passing",))
-    options = replace(OPTIONS, check_every=10 * ROLLOUT)
+    options = replace(OPTIONS, check_every=9 * ROLLOUT)
     TrainingRun(TINY, tmp_path, options).run(ignore)
     checked = [point for point in curve(tmp_path) if "success/passing" in point]
-    assert [point["num_steps"] for point in checked] == [10 * ROLLOUT, 20 * ROLLOUT]
+    assert len(checked) == TINY.num_steps // (9 * ROLLOUT)
     assert all(0.0 <= point["success/passing"] <= 1.0 for point in checked)
     names = {"success/passing", "social_success/passing", "time/passing"}
     rest = [

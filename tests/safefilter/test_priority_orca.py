@@ -327,7 +327,7 @@ def test_robots_that_track_with_an_error_are_that_much_larger(
         ({"time_horizon": 0.0}, OutOfRange, "time_horizon: expected a number above 0, got 0.0"),
         ({"time_horizon": math.nan}, NotFinite, "time_horizon: expected a finite number, got nan"),
         ({"overlap_time": -1.0}, OutOfRange, "overlap_time: expected a number above 0, got -1.0"),
-        ({"max_neighbours": -1}, OutOfRange, "max_neighbours: expected 0 or more, got -1"),
+        ({"max_neighbours": -1}, OutOfRange, "max_neighbours: expected at least 0, got -1"),
         (
             {"v_opt": "mine"},
             InvalidInput,

@@ -86,10 +86,3 @@ def test_an_exact_solver_is_the_same_trusted_or_verified(is_verified: bool) -> N
     assert found.min_clearance > 0.0
     assert found.is_verified is is_verified
     assert found.step_time > 0.0
-
-
-@pytest.mark.stress
-def test_robots_arrive() -> None:
-    found = drive_across(Contender("planar", Setting.TOLERANCE), is_verified=True, num_steps=200)
-    assert found.arrived == 1.0
-    assert 8.0 <= found.time_to_goal <= 40.0
