@@ -2,7 +2,8 @@
 
 * ``package.module:callable``: called with the `Navigation` of a run, it returns a `Policy`. An attribute ``layout`` of
   it says what is observed, if not the usual.
-* ``policy.onnx``: from observations (B, F) in float32 to actions (B, 2); run by onnxruntime.
+* ``policy.onnx``: from observations (B, F) in float32 to actions (B, 2), or what `policies.export` wrote; run by
+  onnxruntime.
 * ``policy.zip``: of Stable-Baselines3, trained in ``envs:*-v0``. Such files hold pickles, which execute whatever their
   author wanted as they are read: they are opened only if the user has said that this author is trusted.
 
@@ -24,6 +25,7 @@ import numpy as np
 
 from envs.navigation import Navigation
 from envs.observation_layout import ObservationLayout, Observations
+from policies.contract import INPUTS
 from policies.evaluation import PolicyFactory
 from policies.observation_policy import ObservationPolicy, layout_of_size
 from policies.policy import Policy
@@ -114,6 +116,8 @@ def _load_onnx(path: Path) -> ForeignPolicy:
     runtime = _package("onnxruntime", f"{path}: ONNX")
     session: Any = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
     inputs, outputs = session.get_inputs(), session.get_outputs()
+    if tuple(each.name for each in inputs) == INPUTS:
+        return _exported(path)
     if len(inputs) != 1 or len(inputs[0].shape) != 2 or not isinstance(inputs[0].shape[1], int):
         raise InvalidInput(
             f"{path}: expected one input of shape (B, F), got {[each.shape for each in inputs]}"
@@ -130,6 +134,13 @@ def _load_onnx(path: Path) -> ForeignPolicy:
         return ObservationPolicy(path.stem, predict, navigation, gives_raw=output == RAW_OUTPUT)
 
     return ForeignPolicy(path.stem, make, layout)
+
+
+def _exported(path: Path) -> ForeignPolicy:
+    """One of ours, which says itself what it observes."""
+    kind = importlib.import_module("policies.onnx_policy").OnnxPolicy
+    layout: ObservationLayout = kind.layout_of(path)
+    return ForeignPolicy(path.stem, lambda navigation: kind.of(path, navigation), layout)
 
 
 def _load_sb3(path: Path, algorithm: str) -> ForeignPolicy:

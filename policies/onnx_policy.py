@@ -62,13 +62,19 @@ class OnnxPolicy:
         path = Path(path)
         self.name = path.stem if name is None else name
         self._observe = observe
-        self._session = _session(read_limited(path, MAX_BYTES), path)
-        texts = self._session.get_modelmeta().custom_metadata_map
-        if METADATA not in texts:
-            raise CheckpointForeign(
-                f"{path}: an ONNX model, but no policy of this package; make one with python -m policies.export"
-            )
-        self.layout: ObservationLayout = layout_of_contract(texts[METADATA], str(path))
+        self._session, self.layout = _opened(path)
+
+    @staticmethod
+    def layout_of(path: str | Path) -> ObservationLayout:
+        """What an exported policy observes.
+
+        Args:
+            path: File ``.onnx``.
+
+        Raises:
+            CheckpointError: If the file cannot be used; see the constructor.
+        """
+        return _opened(Path(path))[1]
 
     @classmethod
     def of(cls, path: str | Path, navigation: Navigation, *, name: str | None = None) -> Self:
@@ -124,12 +130,25 @@ class OnnxPolicy:
         return np.asarray(command, dtype=np.float64)
 
 
-def _session(content: bytes, path: Path) -> onnxruntime.InferenceSession:
+def _opened(path: Path) -> tuple[onnxruntime.InferenceSession, ObservationLayout]:
+    """What evaluates the policy, and what that observes.
+
+    Raises:
+        CheckpointAltered: If it is no ONNX model that can be run.
+        CheckpointForeign: If it is none of ours.
+    """
+    content = read_limited(path, MAX_BYTES)
     options = onnxruntime.SessionOptions()
     # Networks this small are done before a second thread has been woken.
     options.intra_op_num_threads = 1
     options.log_severity_level = 4
     try:
-        return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+        session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
     except RUNTIME_ERRORS as error:
         raise CheckpointAltered(f"{path}: no ONNX model that can be run: {error}") from error
+    texts = session.get_modelmeta().custom_metadata_map
+    if METADATA not in texts:
+        raise CheckpointForeign(
+            f"{path}: an ONNX model, but no policy of this package; make one with python -m policies.export"
+        )
+    return session, layout_of_contract(texts[METADATA], str(path))

@@ -26,6 +26,7 @@ from policies.checkpoint_errors import (
 )
 from policies.contract import contract, layout_of_contract
 from policies.export import ExportDiffers, Format, Settings, export, greatest_difference, main
+from policies.foreign_policy import load_foreign
 from policies.learned_policy import LearnedPolicy
 from policies.onnx_export import to_onnx
 from policies.onnx_policy import OnnxPolicy
@@ -99,6 +100,15 @@ def test_an_onnx_policy_drives_as_the_learned_one(tmp_path: Path) -> None:
     np.testing.assert_allclose(policy.act(worlds.world, RNG), expected, atol=1e-6)
     assert not expected[0, 1].any()
     assert np.ptp(expected[..., 1]) > 0.1
+
+
+def test_an_exported_policy_can_be_evaluated_by_its_path(tmp_path: Path) -> None:
+    weights, worlds = make(32, 32), navigation()
+    policy = load_foreign(str(written(tmp_path)))
+    assert policy.layout == LAYOUT
+    expected = LearnedPolicy.of(weights, worlds).act(worlds.world, RNG)
+    made = policy.make(worlds).act(worlds.world, RNG)
+    np.testing.assert_allclose(made, expected, atol=1e-6)
 
 
 def test_any_number_of_robots_is_a_batch(tmp_path: Path) -> None:
