@@ -83,7 +83,7 @@ class Measures(NamedTuple):
         misses: Share of decisions over the budget, late and dead ones included.
     """
 
-    count: int
+    count: int  # type: ignore[assignment]  # hides how often a value is in the tuple, which nobody asks
     unsupported: int
     late: int
     killed: int

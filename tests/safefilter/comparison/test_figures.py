@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -28,7 +29,7 @@ def test_latencies_are_those_measured(summary: Summary) -> None:
     ax = latency_figure(summary, PLANE).axes[0]
     # The fastest backend is on top.
     assert [label.get_text() for label in ax.get_yticklabels()] == ["good", "liar"]
-    spans = [tuple(map(float, line.get_xdata())) for line in ax.lines]
+    spans = [tuple(np.asarray(line.get_xdata()).tolist()) for line in ax.lines]
     assert (1.0, 3.0) in spans
     assert (2.0, 2.0) in spans  # the budget
 
@@ -45,7 +46,7 @@ def test_the_profile_ends_at_the_share_decided(summary: Summary) -> None:
     ax = profile_figure(summary, PLANE).axes[0]
     (line,) = ax.lines  # at the setting 'tolerance' there is one
     assert line.get_label() == "good"
-    assert line.get_ydata()[-1] == 1.0
+    assert np.asarray(line.get_ydata())[-1] == 1.0
 
 
 def test_a_profile_of_nobody_is_empty(summary: Summary) -> None:

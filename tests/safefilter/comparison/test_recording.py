@@ -43,11 +43,9 @@ class Street(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.floating]]):
         return self.position.astype(np.float32), 0.0, False, False, {}
 
     def scene(self) -> sf.Scene:
-        others = [[0.6, 0.05], [0.6, -0.3]]
+        position = np.array([self.position, [0.6, 0.05], [0.6, -0.3]])
         still = np.zeros((3, 2))
-        return sf.Scene.from_world(
-            [self.position, *others], still, RADIUS, cooperative=[True, False, False]
-        )
+        return sf.Scene.from_world(position, still, RADIUS, cooperative=[True, False, False])
 
 
 def safety() -> sf.SafetyFilter:

@@ -29,7 +29,9 @@ def test_the_class_has_the_name_that_qpbenchmark_looks_for() -> None:
 def test_its_solution_is_the_right_answer(programs: SafetyPrograms, name: str) -> None:
     solution = qpsolvers.solve_problem(programs.get_problem(name), "daqp")
     which, _, number = name.rpartition("-")
-    np.testing.assert_allclose(solution.x, shipped_set(which).truths[int(number)].point, atol=1e-7)
+    truth = shipped_set(which).truths[int(number)]
+    assert solution.x is not None
+    np.testing.assert_allclose(solution.x, np.asarray(truth.point), atol=1e-7)
 
 
 def test_it_describes_itself(programs: SafetyPrograms) -> None:
