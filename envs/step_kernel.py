@@ -152,9 +152,7 @@ def inputs_of(parts: tuple[Any, ...]) -> StepInputs:
 def named_blocks(blocks: tuple[Any, ...]) -> tuple[ContactArrays, OutcomeArrays]:
     """Name what is in plain blocks of an outcome: the contacts, and the rest."""
     numbers, flags, ends, num_contacts = blocks
-    contacts = ContactArrays(
-        numbers[0], numbers[1], flags[1], flags[2], numbers[3], num_contacts
-    )
+    contacts = ContactArrays(numbers[0], numbers[1], flags[1], flags[2], numbers[3], num_contacts)
     return contacts, OutcomeArrays(
         flags[0], flags[3], numbers[2], flags[4], flags[5], ends[0], ends[1]
     )
