@@ -210,7 +210,7 @@ def judge_wall(
 
 
 @formula
-def nearest_wall(  # a compiled formula takes plain numbers
+def nearest_wall(
     walls: WallArrays,
     m: int,
     x: float,
@@ -289,4 +289,5 @@ def judge_walls_in(
             distance, s = squared[e - origin], walls.entry[e]
             if distance <= min(open_to, within) ** 2 and s != nearest:
                 judge_wall(step, contacts, w, i, wall_of(walls, s), math.sqrt(distance) - radius)
-    return open_to <= within
+    is_settled: bool = open_to <= within
+    return is_settled

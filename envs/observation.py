@@ -88,6 +88,7 @@ class Observer:
             beam_dropout=given.beam_dropout,
             dt=rules.dt,
             drives=world.is_differential,
+            is_exact=given.is_perfect,
         )
 
     def restart(self, chosen: np.typing.NDArray[np.bool_]) -> None:
@@ -180,7 +181,8 @@ def _observe(
     furthest = settings.lidar_range
     for w in range(first_world, last_world):
         sort_robots(true_grid, w, robots.position, robots.present)
-        sort_robots(sensed_grid, w, sensed.position, robots.present)
+        if not settings.is_exact:
+            sort_robots(sensed_grid, w, sensed.position, robots.present)
         largest_radius = robots.radius[w].max()
         for i in range(num_robots):
             if not robots.present[w, i]:
@@ -189,7 +191,8 @@ def _observe(
             cosine, sine = math.cos(heading), math.sin(heading)
             drives = settings.drives and not robots.person[w, i]
             write_own(written, robots, sensed, w, i, cosine, sine, drives)
-            found = find_nearest(nearest, sensed_grid, sensed, w, i, settings.sensing_range)
+            grid = true_grid if settings.is_exact else sensed_grid
+            found = find_nearest(nearest, grid, sensed, w, i, settings.sensing_range)
             for k in range(found):
                 write_neighbour(
                     written,

@@ -43,6 +43,7 @@ class ObservationSettings(NamedTuple):
         beam_dropout: Probability that a beam does not come back.
         dt: Duration of a step, in s.
         drives: Are robots differential drives?
+        is_exact: Do robots sense each other where they are?
     """
 
     num_neighbours: int
@@ -56,6 +57,7 @@ class ObservationSettings(NamedTuple):
     beam_dropout: float
     dt: float
     drives: bool
+    is_exact: bool
 
 
 class Nearest(NamedTuple):

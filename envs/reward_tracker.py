@@ -87,7 +87,7 @@ class RewardTracker:
             arrived=outcome.arrived,
             hit_robot=outcome.hit_robot,
             hit_wall=outcome.hit_wall,
-            timed_out=np.broadcast_to(outcome.timed_out[:, np.newaxis], shape),
+            timed_out=np.repeat(outcome.timed_out[:, np.newaxis], shape[1], axis=1),
             correction=np.zeros(shape) if correction is None else correction,
         )
         return reward(step, self.weights)

@@ -67,6 +67,8 @@ class WallMap:
         arrays: For kernels. Replaced, never written to, when walls change: who holds them keeps that moment.
     """
 
+    arrays: WallArrays
+
     def __init__(self, num_worlds: int) -> None:
         """No walls yet.
 
@@ -122,16 +124,14 @@ class WallMap:
     def _numbers_of(self, maps: list[FloatArray]) -> list[int]:
         """Numbers of maps; those that are new are laid out."""
         numbers, parts = [], [self.arrays]
-        ends = [len(array) for array in self.arrays]
         for segment in maps:
             key = segment.tobytes()
             if key not in self._numbers:
                 self._numbers[key] = len(self._numbers)
-                parts.append(_laid_out(segment, WallArrays(*ends)))
-                ends = [end + len(part) for end, part in zip(ends, parts[-1], strict=True)]
+                parts.append(_laid_out(segment))
             numbers.append(self._numbers[key])
         if len(parts) > 1:
-            self.arrays = WallArrays(*map(np.concatenate, zip(*parts, strict=True)))
+            self.arrays = _one_after_the_other(parts)
         return numbers
 
     def _forget_unused(self) -> None:
@@ -140,7 +140,7 @@ class WallMap:
         self._start_over([self._segments(number) for number in used], map_of.astype(np.int64))
 
     def _start_over(self, maps: list[FloatArray], map_of: IntArray) -> None:
-        """These maps, all different, and no others."""
+        """Keep these maps, all different, and no others."""
         self._numbers: dict[bytes, int] = {}
         self.arrays = WallArrays(
             map_of=map_of,
@@ -157,28 +157,41 @@ class WallMap:
         self._numbers_of(maps)
 
 
-def _laid_out(segment: FloatArray, ends: WallArrays) -> WallArrays:
-    """One map more, of walls of shape (S, 4), in m.
-
-    Args:
-        segment: Its walls.
-        ends: Lengths of the arrays that it is appended to.
-    """
+def _laid_out(segment: FloatArray) -> WallArrays:
+    """One map alone, of walls of shape (S, 4), in m, and no world."""
     grid = _grid_over(segment)
     start = np.zeros(grid.cells_along.prod() + 1, dtype=np.int32)
     entry = _list_cells(segment, *grid, start)
     return WallArrays(
         map_of=np.zeros(0, dtype=np.int64),
         segment=np.column_stack([segment, np.zeros(len(segment))]),
-        first_wall=np.array([ends.segment]),
+        first_wall=np.zeros(1, dtype=np.int64),
         num_walls=np.array([len(segment)]),
         corner=grid.corner[np.newaxis],
         cell_size=np.array([grid.cell_size]),
         cells_along=grid.cells_along[np.newaxis],
-        first_cell=np.array([ends.cell_start]),
-        cell_start=start + np.int32(ends.entry),
-        entry=entry + np.int32(ends.segment),
+        first_cell=np.zeros(1, dtype=np.int64),
+        cell_start=start,
+        entry=entry,
     )
+
+
+def _one_after_the_other(parts: list[WallArrays]) -> WallArrays:
+    """Maps of all parts; what counts from the start of a part counts from the start of all afterwards."""
+    walls = cells = entries = 0
+    shifted = []
+    for part in parts:
+        shifted.append(
+            part._replace(
+                first_wall=part.first_wall + walls,
+                first_cell=part.first_cell + cells,
+                cell_start=part.cell_start + np.int32(entries),
+                entry=part.entry + np.int32(walls),
+            )
+        )
+        walls, cells = walls + len(part.segment), cells + len(part.cell_start)
+        entries += len(part.entry)
+    return WallArrays(*map(np.concatenate, zip(*shifted, strict=True)))
 
 
 class _Grid(NamedTuple):
