@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -10,6 +11,8 @@ from policies.methods import METHODS
 from policies.table_cell import Cell
 from policies.table_scenarios import FURTHER_SCENARIOS, PAPER_SCENARIOS, TABLE_SCENARIOS
 
+EACH_TRAINING = ("srl-orca",)
+"""Methods of which every training has all episodes to itself; of others the trainings share them out."""
 CROWDED = ("crossroad", "crossroad_congested", "crossroad_dense")
 ABLATED = (*PAPER_SCENARIOS, "deep_traps", "town_held_out")
 PLAN: dict[str, tuple[str, ...]] = {
@@ -49,8 +52,17 @@ def planned_cells(template: Cell, training_seeds: Sequence[int]) -> list[Cell]:
         for scenario in (*PAPER_SCENARIOS, *FURTHER_SCENARIOS)
         for name, scenarios in PLAN.items()
         if scenario in scenarios
-        for cell in cells_of(template, name, scenario, training_seeds)
+        for cell in cells_of(
+            _shared_out(template, name, training_seeds), name, scenario, training_seeds
+        )
     ]
+
+
+def _shared_out(template: Cell, method: str, training_seeds: Sequence[int]) -> Cell:
+    """The template with the episodes that each training has: together as many, or a few more."""
+    if method in EACH_TRAINING or METHODS[method].training is None:
+        return template
+    return replace(template, episodes=math.ceil(template.episodes / len(training_seeds)))
 
 
 def cells_of(

@@ -12,8 +12,18 @@ def test_ours_is_driven_everywhere_with_every_training() -> None:
     cells = planned_cells(TEMPLATE, (1, 2, 3))
     ours = {(cell.scenario, cell.training_seed) for cell in cells if cell.method.name == "srl-orca"}
     assert ours == {(scenario, seed) for scenario in TABLE_SCENARIOS for seed in (1, 2, 3)}
+    assert {cell.episodes for cell in cells if cell.method.name == "srl-orca"} == {1000}
     assert len(set(cells)) == len(cells)
     assert {cell.method.name for cell in cells} == set(PLAN) == set(METHODS)
+
+
+def test_trainings_of_others_share_the_episodes_out() -> None:
+    cells = [cell for cell in planned_cells(TEMPLATE, (1, 2, 3)) if cell.scenario == "crossroad"]
+    episodes = {
+        name: [cell.episodes for cell in cells if cell.method.name == name]
+        for name in ("nh-orca", "drl-cf")
+    }
+    assert episodes == {"nh-orca": [1000], "drl-cf": [334] * 3}
 
 
 def test_what_is_not_learnt_is_driven_once() -> None:
