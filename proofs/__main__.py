@@ -20,11 +20,13 @@ from proofs import (
     horizon,
     induction,
     never_touch,
+    optimality,
     orca_rows,
     overlap,
     responsibilities,
     separation,
     separation_passive,
+    standing_still,
     static_obstacles,
     walls,
 )
@@ -46,6 +48,8 @@ FAMILIES: tuple[tuple[Callable[[], Proof], ...], ...] = (
     arc_cap.LEMMAS,
     induction.LEMMAS,
     never_touch.LEMMAS,
+    standing_still.LEMMAS,
+    optimality.LEMMAS,
 )
 
 

@@ -20,6 +20,8 @@ SEPARATION = "safefilter.constraints.separation"
 WALLS = "safefilter.constraints.walls"
 ARC = "safefilter.kinematics.arc"
 LAST_WORD = "safefilter.kinematics.drive_last_word"
+HOLONOMIC_WORD = "safefilter.kinematics.last_word"
+CHECKS = "safefilter.backends.planar_kernel_checks"
 
 
 def afresh(name: str) -> ModuleType:
@@ -118,6 +120,38 @@ WRONG: dict[str, Wrong] = {
         "safefilter.constraints.responsibility.share",
         lambda own, _: own,
         lambda of: of.LEMMAS[0](),
+    ),
+    "a side that is not scaled": (
+        "standing_still",
+        "safefilter.kinematics.holonomic.add_polygon_rows",
+        lambda rows, count, sides, v_max, *_: rows.array.__setitem__(
+            (slice(None), count), [sides[0, 0], sides[1, 0], v_max]
+        ),
+        lambda of: of.side(),
+    ),
+    "a last word that brakes": (
+        "standing_still",
+        f"{HOLONOMIC_WORD}.last_word",
+        lambda *given: (given[4] * 0.5, given[5]),
+        lambda of: of.untouched(),
+    ),
+    "multipliers of any sign": (
+        "optimality",
+        f"{CHECKS}.is_nearest",
+        lambda *given: given[2] - given[4] == given[8][0],
+        lambda of: of.variational(),
+    ),
+    "the first row for the worst": (
+        "optimality",
+        "safefilter.backends.planar_kernel.most_violated",
+        lambda rows, _, x, y: (0, rows.array[2, 0] - rows.array[0, 0] * x - rows.array[1, 0] * y),
+        lambda of: of.permitted(),
+    ),
+    "weights of any sum": (
+        "optimality",
+        f"{CHECKS}.is_proof",
+        lambda *given: given[5][0] >= 0,
+        lambda of: of.contradiction(),
     ),
 }
 # Tried by the tests below, and by `test_wrong_formulas`.
