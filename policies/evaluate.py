@@ -61,7 +61,7 @@ class Settings:
         processes: Processes that share the work, by default one a core.
         docs: A page to fill the table into, between its marks.
         pictures: Draw pictures with the whole table?
-        policy: A policy of elsewhere instead: package.module:callable, or a file .onnx or .zip.
+        policy: A policy of elsewhere instead: package.module:callable, or a file .safetensors, .onnx or .zip.
         filtering: The filter of that policy: off, on with a map, or on with walls from lidar alone.
         algorithm: Class of Stable-Baselines3 that wrote the zip.
         trust_pickle: Read a zip, which can execute anything, as I trust whoever made it.

@@ -2,6 +2,7 @@
 
 * ``package.module:callable``: called with the `Navigation` of a run, it returns a `Policy`. An attribute ``layout`` of
   it says what is observed, if not the usual.
+* ``weights.safetensors``: of `policies.train`.
 * ``policy.onnx``: from observations (B, F) in float32 to actions (B, 2), or what `policies.export` wrote; run by
   onnxruntime.
 * ``policy.zip``: of Stable-Baselines3, trained in ``envs:*-v0``. Such files hold pickles, which execute whatever their
@@ -25,13 +26,16 @@ import numpy as np
 
 from envs.navigation import Navigation
 from envs.observation_layout import ObservationLayout, Observations
+from policies.checkpoint import read_weights
 from policies.contract import INPUTS
 from policies.evaluation import PolicyFactory
+from policies.learned_policy import LearnedPolicy
 from policies.observation_policy import ObservationPolicy, layout_of_size
 from policies.policy import Policy
 from safefilter.errors import InvalidInput, SafeFilterError
 
 RAW_OUTPUT = "raw"
+SUFFIXES = (".safetensors", ".onnx", ".zip")
 
 
 class PolicyNotTrusted(InvalidInput):
@@ -69,14 +73,22 @@ def load_foreign(
 
     Raises:
         InvalidInput: If there is no such policy, or it observes something else.
+        CheckpointError: If weights cannot be used.
         PolicyNotTrusted: If it is a zip, and nobody has said that it may execute code.
         PolicyPackageMissing: If the package that runs it is not installed.
     """
     path = Path(source)
-    if path.suffix not in {".onnx", ".zip"}:
+    if path.suffix not in SUFFIXES:
         return _load_callable(source)
     if not path.is_file():
         raise InvalidInput(f"{source}: there is no such file")
+    if path.suffix == ".safetensors":
+        weights = read_weights(path)
+        return ForeignPolicy(
+            weights.card.name,
+            lambda navigation: LearnedPolicy.of(weights, navigation),
+            weights.layout,
+        )
     if path.suffix == ".onnx":
         return _load_onnx(path)
     if not trusts_pickle:
@@ -91,7 +103,7 @@ def _load_callable(source: str) -> ForeignPolicy:
     module, colon, name = source.partition(":")
     if not colon:
         raise InvalidInput(
-            f"policy {source!r}: expected package.module:callable, or a file that ends in .onnx or .zip"
+            f"policy {source!r}: expected package.module:callable, or a file that ends in {', '.join(SUFFIXES)}"
         )
     try:
         make = getattr(importlib.import_module(module), name)

@@ -1,4 +1,5 @@
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,14 +11,17 @@ from stable_baselines3 import PPO
 import envs  # noqa: F401  # registers envs:*-v0
 from envs.navigation import Navigation
 from envs.observation_layout import ObservationLayout
+from policies.checkpoint import write_weights
 from policies.evaluation import evaluate_policy, make_navigation
 from policies.filtering import OFF, OURS_WITH_MAP
 from policies.foreign_policy import PolicyNotTrusted, PolicyPackageMissing, load_foreign
 from policies.policy import Policy
+from policies.policy_weights import Weights
 from policies.straight_to_goal import StraightToGoal
 from policies.table_scenarios import find_scenario
 from safefilter.errors import InvalidInput
 
+MakeWeights = Callable[[tuple[float, float], ObservationLayout], Weights]
 LAYOUT = ObservationLayout(has_memory=True)
 RNG = np.random.default_rng(0)
 
@@ -52,7 +56,10 @@ def test_a_callable_is_named_by_module_and_attribute(module: str) -> None:
 @pytest.mark.parametrize(
     ("source", "message"),
     [
-        ("straight", "expected package.module:callable, or a file that ends in .onnx or .zip"),
+        (
+            "straight",
+            "expected package.module:callable, or a file that ends in .safetensors, .onnx, .zip",
+        ),
         ("no_such_package:make", "No module named 'no_such_package'"),
         ("my_policies:absent", "has no attribute 'absent'"),
         ("my_policies:NUMBER", "expected a callable, got int"),
@@ -133,3 +140,13 @@ def test_an_onnx_file_is_run_by_onnxruntime(
     navigation.reset(0)
     speed = policy.make(navigation).act(navigation.world, RNG)[0, 0, 0]
     assert speed == pytest.approx(0.1 if output == "raw" else 0.0)
+
+
+def test_weights_drive_by_their_path(tmp_path: Path, constant_weights: MakeWeights) -> None:
+    write_weights(tmp_path / "mine.safetensors", constant_weights((0.4, -0.2), LAYOUT))
+    policy = load_foreign(str(tmp_path / "mine.safetensors"))
+    assert (policy.name, policy.layout) == ("constant", LAYOUT)
+    navigation = make_navigation(find_scenario("overtaking"), OFF, layout=LAYOUT)
+    navigation.reset(0)
+    commands = policy.make(navigation).act(navigation.world, RNG)
+    np.testing.assert_allclose(commands[0, 0], [0.14, -0.5], rtol=1e-5)
