@@ -145,7 +145,8 @@ def head_on_problems(rng: np.random.Generator, number: int) -> list[Problem]:
     distance.
     """
     course = crossroad()
-    safety_filter, problems = course.safety_filter(), []
+    safety_filter = course.safety_filter()
+    problems: list[Problem] = []
     for k in range(number):
         angle, off = rng.uniform(0.0, 2.0 * np.pi), [0.0, 1e-12, 1e-9, 1e-6, 1e-3][k % 5]
         ahead = np.array([np.cos(angle), np.sin(angle)])

@@ -95,17 +95,20 @@ class Problem:
     @property
     def normals(self) -> FloatArray:
         """Unit normals, shape (M, d)."""
-        return self.rows.normals[0]
+        normals: FloatArray = self.rows.normals[0]
+        return normals
 
     @property
     def offsets(self) -> FloatArray:
         """Shape (M,)."""
-        return self.rows.offsets[0]
+        offsets: FloatArray = self.rows.offsets[0]
+        return offsets
 
     @property
     def hard(self) -> BoolArray:
         """Which rows are never given up, shape (M,)."""
-        return self.rows.hard[0]
+        hard: BoolArray = self.rows.hard[0]
+        return hard
 
 
 def _rows(
