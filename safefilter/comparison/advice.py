@@ -73,7 +73,7 @@ def standings_of(
     ]
     return tuple(
         sorted(
-            (standing for standing in standings if standing.measures.count),
+            (standing for standing in standings if standing.measures.asked),
             key=lambda standing: (
                 standing.measures.verified_wrong > 0,
                 standing.measures.fail_closed > MOST_REFUSED,

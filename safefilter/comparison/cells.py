@@ -111,7 +111,7 @@ COLUMNS = (
 )
 
 MORE_COLUMNS = (
-    Column("problems", "attempts", lambda m: str(m.count)),
+    Column("problems", "attempts", lambda m: str(m.asked)),
     Column("late", "stopped at the time limit", lambda m: str(m.late)),
     Column("dead", "killed its process", lambda m: str(m.killed)),
     Column(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from matplotlib import colormaps
@@ -195,7 +196,11 @@ def _any_setting(summary: Summary) -> Setting:
 
 
 def _settings_legend(
-    ax: Axes, settings: Sequence[Setting], place: str, *, markers: bool = False
+    ax: Axes,
+    settings: Sequence[Setting],
+    place: Literal["best", "upper right"],
+    *,
+    markers: bool = False,
 ) -> None:
     handles = [
         Line2D(

@@ -58,7 +58,7 @@ class Measures(NamedTuple):
     """What attempts come to.
 
     Attributes:
-        count: Attempts, those at unsupported problems left out.
+        asked: Attempts, those at unsupported problems left out.
         unsupported: Those.
         late: Stopped at the time limit, or not asked any more.
         killed: Died.
@@ -83,7 +83,7 @@ class Measures(NamedTuple):
         misses: Share of decisions over the budget, late and dead ones included.
     """
 
-    count: int  # type: ignore[assignment]  # hides how often a value is in the tuple, which nobody asks
+    asked: int
     unsupported: int
     late: int
     killed: int
@@ -136,7 +136,7 @@ def measures_of(all_attempts: Sequence[Judged], budget: float) -> Measures:
     times = np.array([one.attempt.total for one in back])
     num_over = int((times > budget).sum()) + len(taken) - len(back)
     return Measures(
-        count=len(taken),
+        asked=len(taken),
         unsupported=len(all_attempts) - len(taken),
         late=_count(taken, lambda one: one.attempt.fate in {Fate.LATE, Fate.STRUCK}),
         killed=_count(taken, lambda one: one.attempt.fate is Fate.KILLED),

@@ -69,7 +69,7 @@ class Summary:
         return [
             line
             for line in self.lines
-            if line.problems == problems and line.mode is mode and line.measures.count
+            if line.problems == problems and line.mode is mode and line.measures.asked
         ]
 
     @property

@@ -38,7 +38,7 @@ def test_it_compares_recordings_and_writes_every_file(
     assert {row["backend"] for row in found["measures"]} == {"planar", "qpsolvers:daqp"}
     assert all(row["verified_safe"] == 1.0 for row in found["measures"])
     assert (
-        files["csv"].read_text(encoding="utf-8").startswith("backend,setting,mode,problems,count")
+        files["csv"].read_text(encoding="utf-8").startswith("backend,setting,mode,problems,asked")
     )
     assert files["html"].read_text(encoding="utf-8").startswith("<!doctype html>")
 

@@ -22,7 +22,7 @@ def test_the_honest_one_by_hand(summary: Summary) -> None:
     good = summary.comparison.contenders[0]
     attempts = judged(summary.comparison, good, Mode.SEQUENCE, summary.comparison.sets)
     measures = measures_of(attempts, BUDGET)
-    assert (measures.count, measures.unsupported, measures.killed, measures.late) == (2, 1, 0, 0)
+    assert (measures.asked, measures.unsupported, measures.killed, measures.late) == (2, 1, 0, 0)
     assert (measures.verified_safe, measures.case_agreement) == (1.0, 1.0)
     assert (measures.false_feasible, measures.false_empty, measures.fail_closed) == (0.0, 0.0, 0.0)
     assert measures.least_gap == 1e-9
@@ -36,7 +36,7 @@ def test_the_liar_by_hand(summary: Summary) -> None:
     liar = summary.comparison.contenders[1]
     attempts = judged(summary.comparison, liar, Mode.COLD, summary.comparison.sets)
     measures = measures_of(attempts, BUDGET)
-    assert (measures.count, measures.killed) == (3, 1)
+    assert (measures.asked, measures.killed) == (3, 1)
     assert measures.verified_safe == pytest.approx(1 / 3)
     assert measures.false_feasible == 1.0
     assert measures.false_empty == 0.0
@@ -113,6 +113,6 @@ def test_percentiles_need_samples_beyond_them() -> None:
 
 def test_nothing_measured_is_not_a_number() -> None:
     measures = measures_of([], BUDGET)
-    assert measures.count == 0
+    assert measures.asked == 0
     assert math.isnan(measures.verified_safe)
     assert math.isnan(measures.misses)

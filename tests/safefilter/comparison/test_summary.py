@@ -22,5 +22,5 @@ def test_lines_of_a_set_are_those_of_who_takes_it(summary: Summary) -> None:
 
 def test_percentiles_are_named(summary: Summary) -> None:
     numbers = summary.of_problems("plane", Mode.COLD)[0].numbers
-    assert {"build_p50", "solve_p99_9", "total_max", "misses", "count"} <= set(numbers)
+    assert {"build_p50", "solve_p99_9", "total_max", "misses", "asked"} <= set(numbers)
     assert numbers["total_max"] == 3e-3
