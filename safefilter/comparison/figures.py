@@ -213,4 +213,4 @@ def _settings_legend(
         )
         for setting in settings
     ]
-    ax.legend(handles=handles, loc=place, fontsize=8, framealpha=0.9)  # type: ignore[call-overload]
+    ax.legend(handles=handles, loc=place, fontsize=8, framealpha=0.9)
