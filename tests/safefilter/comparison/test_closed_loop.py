@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from safefilter.backends.backend import Backend, Capabilities, Solution, Status
-from safefilter.backends.registry import register_backend
 from safefilter.comparison.closed_loop import NUM_ROBOTS, RADIUS, crossing, drive_across
 from safefilter.comparison.contender import Contender, Setting
 from safefilter.programs.convex_program import ConvexProgram
@@ -45,8 +44,7 @@ def silent(tolerance: float) -> Backend:
     return Silent(tolerance)
 
 
-register_backend("reckless", reckless)
-register_backend("silent", silent)
+REGISTERED = {"reckless": reckless, "silent": silent}
 
 
 def test_robots_start_apart() -> None:

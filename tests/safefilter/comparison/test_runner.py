@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import replace
 from time import sleep
 
@@ -12,7 +11,7 @@ import pytest
 
 from safefilter.backends.backend import Backend, Capabilities, Solution
 from safefilter.backends.planar import Planar
-from safefilter.backends.registry import is_registered, register_backend
+from safefilter.backends.registry import register_backend
 from safefilter.comparison.attempt import Fate
 from safefilter.comparison.contender import Contender, Setting
 from safefilter.comparison.oracle import truth_of
@@ -63,16 +62,6 @@ def dead(tolerance: float) -> Backend:
 PLANAR = Contender("planar", Setting.TOLERANCE)
 MOODY = Contender("moody", Setting.TOLERANCE)
 DEAD = Contender("dead", Setting.TOLERANCE)
-
-
-def register(name: str, make: Callable[[float], Backend]) -> None:
-    """Once a process, however often this file is imported in it."""
-    if not is_registered(name):
-        register_backend(name, make)
-
-
-register("moody", moody)
-register("dead", dead)
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +148,7 @@ def test_a_backend_that_cannot_be_sent_is_refused(comparison: Comparison) -> Non
     def local(tolerance: float) -> Backend:
         return Moody(tolerance)
 
-    register("local", local)
+    register_backend("local", local)
     with pytest.raises(InvalidInput, match="use functions or classes at the top level"):
         compare_backends(comparison.sets, [Contender("local", Setting.TIGHT)])
 
@@ -186,4 +175,4 @@ def fail() -> None:
     raise RuntimeError("not on this machine")
 
 
-register("stillborn", Stillborn())
+REGISTERED = {"moody": moody, "dead": dead, "stillborn": Stillborn()}
