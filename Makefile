@@ -15,13 +15,16 @@ PIP_INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check --no
 PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check coverage bench mutants clean
+.PHONY: help demo table test check coverage bench mutants clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/demo-installed ## Robots cross an intersection, filter off and on: a table, and pictures in out/demo/
 	$(BIN)/python -m policies.demo
+
+table: $(VENV)/demo-installed ## Table I with the weights that there are, into out/table/; goes on where it was stopped
+	$(BIN)/python -m policies.evaluate --all
 
 test: check ## Everything that must pass: check, proofs, all tests
 	$(BIN)/python -m proofs

@@ -16,6 +16,7 @@ from benchmarks import (
     simulator,
     single_decision,
     start_up,
+    training,
     wrappers,
 )
 from benchmarks.machine import describe_machine
@@ -28,6 +29,7 @@ BENCHMARKS: dict[str, Callable[..., Result]] = {
     "simulator": simulator.measure,
     "single_decision": single_decision.measure,
     "start_up": start_up.measure,
+    "training": training.measure,
     "wrappers": wrappers.measure,
 }
 TABLES = FOLDER / "README.md"

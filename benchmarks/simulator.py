@@ -7,6 +7,7 @@ are reset within the time that counts, though not in the best round.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -19,6 +20,7 @@ from benchmarks.results import Result, Row
 from benchmarks.timing import interleaved, on_threads
 from envs import Circle, Crossroad, Fleet, Navigation, Rules
 from envs.fleet import MAX_SPEED, MAX_TURN_RATE
+from envs.scenarios import Placement, Scenario
 from envs.steering import steer
 from safefilter import (
     Constraint,
@@ -40,6 +42,7 @@ ROUNDS = 7
 QUICK_ROUNDS = 3
 # Robots in all, when the number of robots a world is varied.
 ROBOTS_IN_ALL = 2000
+PAIR_DISTANCE = 8.0  # m; robots see 3 m far, and their lidars 3.5 m
 DT = 0.2
 
 
@@ -55,8 +58,12 @@ def measure(*, quick: bool = False) -> Result:
         case = Case(Crossroad(is_walled=True), num_worlds)
         rows.extend(_rows(case, f"{num_worlds} worlds of {NUM_ROBOTS} robots", rounds))
     for num_robots in CROWDS[1::2] if quick else CROWDS:
-        case = Case(Circle(num_robots), max(1, ROBOTS_IN_ALL // num_robots))
-        rows.extend(_rows(case, f"circle, {num_robots} robots a world", rounds))
+        num_worlds = max(1, ROBOTS_IN_ALL // num_robots)
+        case = Case(Pairs(num_robots), num_worlds)
+        rows.extend(_rows(case, f"pairs, {num_robots} robots a world", rounds))
+        case = Case(Circle(num_robots), num_worlds)
+        group = f"circle, {num_robots} robots a world, {case.num_in_reach:.0f} within reach"
+        rows.extend(_rows(case, group, rounds))
     rows.extend(other_simulators(rounds))
     return Result(
         name="simulator",
@@ -66,7 +73,9 @@ def measure(*, quick: bool = False) -> Result:
         notes=(
             "Differential drives at the walled crossroad (12 walls); observation of 90 numbers. Best of all rounds.",
             "Filter: PriorityORCA, Separation and StaticObstacles, scenes and decisions of all robots included.",
-            f"Circles have no walls, {ROBOTS_IN_ALL} robots in all. Too little work stays on one thread.",
+            f"Pairs and circles have no walls, {ROBOTS_IN_ALL} robots in all. Pairs of robots stand {PAIR_DISTANCE} m "
+            "apart: whatever the number a world, each meets one other, and the work is the same. Robots of a circle "
+            "have more within reach of their lidars the larger it is. Too little work stays on one thread.",
             "Others: the nearest equal world that each offers, described in benchmarks/other_simulators.py.",
         ),
     )
@@ -81,7 +90,7 @@ class Case:
         num_worlds: Number of worlds.
     """
 
-    scenario: Crossroad | Circle
+    scenario: Scenario
     num_worlds: int
 
     def started(self) -> Navigation:
@@ -95,6 +104,40 @@ class Case:
     def num_robots(self) -> int:
         """Robots in all."""
         return self.num_worlds * self.scenario.num_robots
+
+    @property
+    def num_in_reach(self) -> float:
+        """Robots that a lidar reaches at the start, on average."""
+        world = self.started().world
+        offset = world.position[0, :, np.newaxis] - world.position[0]
+        is_near = np.hypot(offset[..., 0], offset[..., 1]) <= Rules().lidar_range
+        return float(is_near.sum(axis=1).mean()) - 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs:
+    """Pairs of robots that pass each other, out of reach of all other pairs: the same work a robot in every number.
+
+    Attributes:
+        num_robots: An even number.
+    """
+
+    num_robots: int
+    name: str = "pairs"
+
+    @property
+    def half_extent(self) -> float:
+        """Half the side of the square that holds all starts and goals, in m."""
+        return PAIR_DISTANCE * (1 + math.isqrt(self.num_robots // 2)) / 2.0
+
+    def place(self, rng: np.random.Generator) -> Placement:  # noqa: ARG002  # nothing is drawn
+        """Robots 2 m from each other, on lanes 0.5 m apart, pair after pair on a square."""
+        pair, side = np.arange(self.num_robots) // 2, 1 + math.isqrt(self.num_robots // 2)
+        middle = PAIR_DISTANCE * (np.stack([pair % side, pair // side], axis=1) - (side - 1) / 2.0)
+        first = np.where(np.arange(self.num_robots) % 2 == 0, -1.0, 1.0)
+        lane = np.stack([np.zeros(self.num_robots), 0.25 * first], axis=1)
+        along = np.stack([first, np.zeros(self.num_robots)], axis=1)
+        return Placement(start=middle + lane + along, goal=middle + lane - along)
 
 
 def make_filter() -> SafetyFilter:

@@ -20,8 +20,7 @@ from envs.outcome import Outcome
 from envs.reward import Reward, RewardWeights
 from envs.reward_tracker import RewardTracker
 from envs.rules import AfterArrival, Rules
-from envs.scenarios import Scenario
-from envs.scenarios.described import DescribedScenario
+from envs.scenarios import Scenario, recommended_rules
 from envs.scenarios.library import load_scenario
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.decision import Decision
@@ -204,7 +203,7 @@ def scenario_and_rules(
     """
     found = load_scenario(scenario) if isinstance(scenario, str | Path) else scenario
     if rules is None:
-        rules = found.rules if isinstance(found, DescribedScenario) else Rules()
+        rules = recommended_rules(found)
     return found, rules
 
 

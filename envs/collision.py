@@ -22,7 +22,7 @@ from envs.collision_kernel import (
 )
 from envs.dynamics import Movement
 from envs.robot_grid_kernel import empty_robot_grid, sort_robots
-from envs.walls import WallArrays, WallMap
+from envs.walls import WallArrays, WallMap, most_entries
 from envs.world import World, over_worlds
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import kernel
@@ -183,9 +183,10 @@ def _start_clearances(  # noqa: PLR0917  # a kernel takes arrays, not records
                     gap = math.sqrt(x * x + y * y) - radius[w, i] - radius[w, j]
                     to_robot[row, i] = min(to_robot[row, i], gap)
                     to_robot[row, j] = min(to_robot[row, j], gap)
-            for s in range(walls.num_walls[w]):
+            first = walls.first_wall[walls.map_of[w]]
+            for s in range(first, first + walls.num_walls[walls.map_of[w]]):
                 squared = point_distance_squared(
-                    wall_of(walls, w, s), position[w, i, 0], position[w, i, 1]
+                    wall_of(walls, s), position[w, i, 0], position[w, i, 1]
                 )
                 to_wall[row, i] = min(to_wall[row, i], math.sqrt(squared) - radius[w, i])
 
@@ -200,7 +201,7 @@ def _judge(  # noqa: PLR0917  # a kernel takes arrays, not records
     horizon: float,
 ) -> None:
     grid = empty_robot_grid(step.radius.shape[1])
-    squared = np.empty(walls.entry.shape[1])
+    squared = np.empty(most_entries(walls))
     for w in range(first_world, last_world):
         sort_robots(grid, w, step.position, step.present)
         judge_robots(step, contacts, grid, w, horizon)

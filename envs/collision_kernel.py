@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from envs.arcs import Path, Segment, first_entry, least_path_distance, point_distance_squared
 from envs.robot_grid_kernel import RobotGrid, cells_near
-from envs.walls import WallArrays, first_and_last_cell
+from envs.walls import WallArrays, cells_within, entries_of_row
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import formula
 
@@ -21,6 +21,8 @@ from safefilter.jit import formula
 CONTACT_TOLERANCE = 1e-9
 COARSENESS = 0.05
 """Of a free distance: how much less may be reported. Contacts are decided to a nanometre all the same."""
+NEAR_WALLS = 0.8
+"""Distance in m within which walls are looked for first."""
 POINT = Segment(0.0, 0.0, 0.0, 0.0)
 
 
@@ -171,13 +173,10 @@ def judge_others(
 
 
 @formula
-def wall_of(walls: WallArrays, w: int, s: int) -> Segment:
-    """Wall s of world w."""
+def wall_of(walls: WallArrays, s: int) -> Segment:
+    """Wall s."""
     return Segment(
-        walls.segment[w, s, 0],
-        walls.segment[w, s, 1],
-        walls.segment[w, s, 2],
-        walls.segment[w, s, 3],
+        walls.segment[s, 0], walls.segment[s, 1], walls.segment[s, 2], walls.segment[s, 3]
     )
 
 
@@ -211,6 +210,29 @@ def judge_wall(
 
 
 @formula
+def nearest_wall(
+    walls: WallArrays,
+    m: int,
+    x: float,
+    y: float,
+    within: float,
+    cells: tuple[int, int, int, int],
+    squared: FloatArray,
+) -> int:
+    """Nearest wall of map m within a distance; -1 if there is none. Writes the ``squared`` distances of all entries."""
+    nearest, least = -1, within * within
+    origin = walls.cell_start[walls.first_cell[m]]
+    for row in range(cells[2], cells[3] + 1):
+        first, end = entries_of_row(walls, m, row, cells[0], cells[1])
+        for e in range(first, end):
+            distance = point_distance_squared(wall_of(walls, walls.entry[e]), x, y)
+            squared[e - origin] = distance
+            if distance <= least:
+                nearest, least = walls.entry[e], distance
+    return nearest
+
+
+@formula
 def judge_walls(
     step: StepArrays,
     contacts: ContactArrays,
@@ -221,37 +243,51 @@ def judge_walls(
 ) -> None:
     """Judge all robots of world w against walls that start within the horizon, or could be touched: nearest first.
 
-    ``squared`` is room for a number a wall entry, shape (I,).
+    ``squared`` is room for a number an entry of any map, see `most_entries`.
     """
-    columns = walls.cells_along[w, 0]
+    m = walls.map_of[w]
     for i in range(step.radius.shape[1]):
         if not step.present[w, i] or step.wrecked[w, i] or step.person[w, i]:
             continue
         x, y, radius = step.position[w, i, 0], step.position[w, i, 1], step.radius[w, i]
-        wide = max(horizon, step.travel[w, i])
-        reach = wide + radius
-        left, right = first_and_last_cell(
-            x - reach, x + reach, walls.corner[w, 0], walls.cell_size[w], columns
+        reach = max(horizon, step.travel[w, i]) + radius
+        cells = cells_within(walls, m, x, y, reach)
+        near = cells_within(walls, m, x, y, min(reach, NEAR_WALLS))
+        # The nearest one is seldom far away, and then all that matters is near.
+        is_settled = near != cells and judge_walls_in(
+            step, contacts, walls, w, i, min(reach, NEAR_WALLS), near, squared
         )
-        bottom, top = first_and_last_cell(
-            y - reach, y + reach, walls.corner[w, 1], walls.cell_size[w], walls.cells_along[w, 1]
-        )
-        nearest, least = -1, reach * reach
-        for row in range(bottom, top + 1):
-            start = walls.cell_start[w, row * columns + left]
-            for e in range(start, walls.cell_start[w, row * columns + right + 1]):
-                squared[e] = point_distance_squared(wall_of(walls, w, walls.entry[w, e]), x, y)
-                if squared[e] <= least:
-                    nearest, least = walls.entry[w, e], squared[e]
-        if nearest < 0:
-            continue
-        wall = wall_of(walls, w, nearest)
-        judge_wall(step, contacts, w, i, wall, math.sqrt(least) - radius)
-        # What comes no nearer than that cannot change anything.
-        open_to = min(reach, max(contacts.wall_clearance[w, i], 0.0) + radius + step.travel[w, i])
-        for row in range(bottom, top + 1):
-            start = walls.cell_start[w, row * columns + left]
-            for e in range(start, walls.cell_start[w, row * columns + right + 1]):
-                if squared[e] <= open_to * open_to and walls.entry[w, e] != nearest:
-                    wall = wall_of(walls, w, walls.entry[w, e])
-                    judge_wall(step, contacts, w, i, wall, math.sqrt(squared[e]) - radius)
+        if not is_settled:
+            judge_walls_in(step, contacts, walls, w, i, reach, cells, squared)
+
+
+@formula
+def judge_walls_in(
+    step: StepArrays,
+    contacts: ContactArrays,
+    walls: WallArrays,
+    w: int,
+    i: int,
+    within: float,
+    cells: tuple[int, int, int, int],
+    squared: FloatArray,
+) -> bool:
+    """Judge robot i against walls within a distance; is it certain that no wall further away changes anything?"""
+    m = walls.map_of[w]
+    x, y, radius = step.position[w, i, 0], step.position[w, i, 1], step.radius[w, i]
+    nearest = nearest_wall(walls, m, x, y, within, cells, squared)
+    if nearest < 0:
+        return False
+    wall = wall_of(walls, nearest)
+    judge_wall(step, contacts, w, i, wall, math.sqrt(point_distance_squared(wall, x, y)) - radius)
+    # What comes no nearer than that cannot change anything.
+    open_to = max(contacts.wall_clearance[w, i], 0.0) + radius + step.travel[w, i]
+    origin = walls.cell_start[walls.first_cell[m]]
+    for row in range(cells[2], cells[3] + 1):
+        first, end = entries_of_row(walls, m, row, cells[0], cells[1])
+        for e in range(first, end):
+            distance, s = squared[e - origin], walls.entry[e]
+            if distance <= min(open_to, within) ** 2 and s != nearest:
+                judge_wall(step, contacts, w, i, wall_of(walls, s), math.sqrt(distance) - radius)
+    is_settled: bool = open_to <= within
+    return is_settled

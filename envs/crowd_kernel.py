@@ -50,9 +50,10 @@ def is_blocked(
 ) -> bool:
     """Would a person that walks at (x, y) touch a wall in the step, and come nearer to it?"""
     p_x, p_y = robots.position[w, i, 0], robots.position[w, i, 1]
-    for s in range(walls.num_walls[w]):
-        a_x, a_y = walls.segment[w, s, 0], walls.segment[w, s, 1]
-        b_x, b_y = walls.segment[w, s, 2], walls.segment[w, s, 3]
+    first = walls.first_wall[walls.map_of[w]]
+    for s in range(first, first + walls.num_walls[walls.map_of[w]]):
+        a_x, a_y = walls.segment[s, 0], walls.segment[s, 1]
+        b_x, b_y = walls.segment[s, 2], walls.segment[s, 3]
         wall = Segment(a_x, a_y, b_x, b_y)
         nearest = segment_distance(p_x, p_y, p_x + dt * x, p_y + dt * y, wall)
         now = math.sqrt(least_distance_squared(a_x - p_x, a_y - p_y, b_x - a_x, b_y - a_y))
@@ -124,10 +125,11 @@ def social_force(
         if distance > 0.0:
             size = push(distance, robots.radius[w, i] + robots.radius[w, j], settings) / distance
             force_x, force_y = force_x + size * x, force_y + size * y
-    for s in range(walls.num_walls[w]):
-        a_x, a_y = walls.segment[w, s, 0] - p_x, walls.segment[w, s, 1] - p_y
-        w_x = walls.segment[w, s, 2] - p_x - a_x
-        w_y = walls.segment[w, s, 3] - p_y - a_y
+    first = walls.first_wall[walls.map_of[w]]
+    for s in range(first, first + walls.num_walls[walls.map_of[w]]):
+        a_x, a_y = walls.segment[s, 0] - p_x, walls.segment[s, 1] - p_y
+        w_x = walls.segment[s, 2] - p_x - a_x
+        w_y = walls.segment[s, 3] - p_y - a_y
         length_squared = w_x * w_x + w_y * w_y
         part = 0.0
         if length_squared > 0.0:

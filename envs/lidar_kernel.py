@@ -13,19 +13,24 @@ Letters: K beams. Beams stand twice in a row, k and k + K the same, so that a sp
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
 from envs.robot_grid_kernel import RobotGrid, cells_near
-from envs.walls import WallArrays, first_and_last_cell
+from envs.walls import WallArrays, cells_within, entries_of_row
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.jit import formula
 
-# Of a quarter turn: beams find no gap between two walls that share an end, though it was rounded differently.
-END_SLACK = 1e-10
+# In m: beams find no gap between two walls that share an end, though it was rounded differently.
+END_SLACK = 1e-12
+EDGE_ON = 1e-18
+"""A wall whose line passes this near, squared, in m^2, is seen from its edge: between its ends a rounding decides."""
+FEW_BEAMS = 64
 BUCKETS_PER_BEAM = 2
+SMALLEST = 1e-300
 
 
 class Beams(NamedTuple):
@@ -34,18 +39,17 @@ class Beams(NamedTuple):
     Attributes:
         cosine: Shape (2 K,).
         sine: Shape (2 K,).
-        diamond: Diamond angles, rising, shape (K,).
         first: First beam of each equal part of [0, 4] that does not come before it, shape (buckets + 1,).
     """
 
     cosine: FloatArray
     sine: FloatArray
-    diamond: FloatArray
     first: IntArray
 
     @classmethod
+    @functools.cache
     def evenly(cls, num_beams: int) -> Beams:
-        """Once round."""
+        """Once round. Kept, for every scan asks."""
         angle = np.arange(num_beams) * (2.0 * math.pi / max(num_beams, 1))
         cosine, sine = np.cos(angle), np.sin(angle)
         # Quarter turns in floating point are off by 1e-16; they are the ends of everything that is symmetric.
@@ -63,43 +67,37 @@ class Beams(NamedTuple):
         return cls(
             np.tile(cosine, 2),
             np.tile(sine, 2),
-            diamond,
             np.searchsorted(diamond, edges, side="left").astype(np.int64),
         )
 
 
 @formula
 def diamond_angle(x: float, y: float) -> float:
-    """Angle of (x, y) as a place on the unit diamond, in quarter turns: 0 along x, 1 along y, up to 4."""
-    if y >= 0.0:
-        return y / (x + y) if x > 0.0 else (1.0 - x / (y - x) if y > 0.0 or x < 0.0 else 0.0)
-    return 2.0 + y / (x + y) if x < 0.0 else 3.0 + x / (x - y)
+    """Angle of (x, y) as a place on the unit diamond, in quarter turns: 0 along x, 1 along y, up to 4; 0 of nowhere.
+
+    Without branches: which quarter it is comes as a surprise to a processor, again and again.
+    """
+    part = y / max(abs(x) + abs(y), SMALLEST)
+    right = part + 4.0 if part < 0.0 else part
+    return 2.0 - part if x < 0.0 else right
 
 
 @formula
-def first_beam_after(beams: Beams, angle: float) -> int:
-    """First beam whose diamond angle is not below ``angle``; K if there is none."""
-    num_beams, num_buckets = len(beams.diamond), len(beams.first) - 1
-    bucket = math.floor(max(angle, 0.0) * (0.25 * num_buckets))
-    # One part earlier: rounding may have put the angle into the next one.
-    k: int = beams.first[min(max(bucket - 1, 0), num_buckets)]
-    while k < num_beams and beams.diamond[k] < angle:
-        k += 1
-    return k
-
-
-@formula
-def beams_between(
+def beams_around(
     beams: Beams, from_x: float, from_y: float, to_x: float, to_y: float
 ) -> tuple[int, int]:
-    """Beams from one direction counterclockwise to another, less than half a turn on: first, and one after the last."""
+    """Range of beams that holds all from one direction counterclockwise to another, less than half a turn on.
+
+    Of few beams all: to look at each costs less than to find out which.
+    """
+    num_beams, num_buckets = len(beams.cosine) // 2, len(beams.first) - 1
+    if num_beams <= FEW_BEAMS:
+        return 0, num_beams
     start, stop = diamond_angle(from_x, from_y), diamond_angle(to_x, to_y)
-    first = first_beam_after(beams, start - END_SLACK)
-    # The first one strictly beyond: beams on the end itself belong to both of its walls.
-    last = first_beam_after(beams, stop + END_SLACK)
-    if stop < start:
-        last += len(beams.diamond)
-    return first, last
+    # A part further on either side: rounding may have put the angle into the next one.
+    first = beams.first[max(math.floor(start * (0.25 * num_buckets)) - 1, 0)]
+    last = beams.first[min(math.floor(stop * (0.25 * num_buckets)) + 2, num_buckets)]
+    return first, last + num_beams if stop < start else last
 
 
 @formula
@@ -115,15 +113,20 @@ def paint_segment(
     """Raise the inverse distances of the beams that a wall covers; a wall along a beam is met at the walls it joins."""
     w_x, w_y = b_x - a_x, b_y - a_y
     cross = a_x * b_y - a_y * b_x
-    if cross * cross > furthest * furthest * (w_x * w_x + w_y * w_y) or cross == 0.0:
+    squared, length_squared = cross * cross, w_x * w_x + w_y * w_y
+    if squared > furthest * furthest * length_squared or squared <= EDGE_ON * length_squared:
         return
-    if cross > 0.0:
-        first, last = beams_between(beams, a_x, a_y, b_x, b_y)
-    else:
-        first, last = beams_between(beams, b_x, b_y, a_x, a_y)
+    if cross < 0.0:
+        a_x, a_y, b_x, b_y = b_x, b_y, a_x, a_y
+    first, last = beams_around(beams, a_x, a_y, b_x, b_y)
     along_x, along_y = w_y / cross, -w_x / cross
-    for k in range(first, last):
-        nearness[k] = max(nearness[k], along_x * beams.cosine[k] + along_y * beams.sine[k])
+    # Slices, for k from 0 on: else numba allows for negative ones, one beam at a time.
+    near, u_x, u_y = nearness[first:last], beams.cosine[first:last], beams.sine[first:last]
+    for k in range(len(near)):
+        is_after_a = a_x * u_y[k] - a_y * u_x[k] >= -END_SLACK
+        is_before_b = u_x[k] * b_y - u_y[k] * b_x >= -END_SLACK
+        inverse = along_x * u_x[k] + along_y * u_y[k]
+        near[k] = max(near[k], inverse if is_after_a & is_before_b else 0.0)
 
 
 @formula
@@ -136,23 +139,53 @@ def paint_disc(
         return
     outside = squared - radius * radius
     if outside <= 0.0:
-        for k in range(len(beams.diamond)):
+        for k in range(len(beams.cosine) // 2):
             nearness[k] = math.inf
         return
     tangent = math.sqrt(outside)
-    first, last = beams_between(
+    first, last = beams_around(
         beams,
         p_x * tangent + p_y * radius,
         p_y * tangent - p_x * radius,
         p_x * tangent - p_y * radius,
         p_y * tangent + p_x * radius,
     )
-    for k in range(first, last):
-        ahead = p_x * beams.cosine[k] + p_y * beams.sine[k]
-        beside = p_x * beams.sine[k] - p_y * beams.cosine[k]
+    near, u_x, u_y = nearness[first:last], beams.cosine[first:last], beams.sine[first:last]
+    inverse = 1.0 / outside
+    for k in range(len(near)):
+        ahead = p_x * u_x[k] + p_y * u_y[k]
+        beside = p_x * u_y[k] - p_y * u_x[k]
+        half_chord_squared = radius * radius - beside * beside
+        root = math.sqrt(max(0.0, half_chord_squared))
+        is_met = (ahead > 0.0) & (half_chord_squared >= 0.0)
         # (ahead - root) (ahead + root) = outside: the inverse of the near distance, without cancellation.
-        root = math.sqrt(max(0.0, radius * radius - beside * beside))
-        nearness[k] = max(nearness[k], (ahead + root) / outside)
+        near[k] = max(near[k], (ahead + root) * inverse if is_met else 0.0)
+
+
+@formula
+def paint_wall(
+    nearness: FloatArray,
+    beams: Beams,
+    walls: WallArrays,
+    s: int,
+    x: float,
+    y: float,
+    cosine: float,
+    sine: float,
+    furthest: float,
+) -> None:
+    """Paint wall s."""
+    a_x, a_y = walls.segment[s, 0] - x, walls.segment[s, 1] - y
+    b_x, b_y = walls.segment[s, 2] - x, walls.segment[s, 3] - y
+    paint_segment(
+        nearness,
+        beams,
+        cosine * a_x + sine * a_y,
+        cosine * a_y - sine * a_x,
+        cosine * b_x + sine * b_y,
+        cosine * b_y - sine * b_x,
+        furthest,
+    )
 
 
 @formula
@@ -170,30 +203,21 @@ def paint_walls(
     number: int,
 ) -> None:
     """Paint the walls of world w that pass through cells within range; ``stamp`` keeps those of this ``number``."""
-    size, columns = walls.cell_size[w], walls.cells_along[w, 0]
-    left, right = first_and_last_cell(x - furthest, x + furthest, walls.corner[w, 0], size, columns)
-    bottom, top = first_and_last_cell(
-        y - furthest, y + furthest, walls.corner[w, 1], size, walls.cells_along[w, 1]
-    )
+    m = walls.map_of[w]
+    start = walls.first_wall[m]
+    left, right, bottom, top = cells_within(walls, m, x, y, furthest)
+    num_near = (right - left + 1) * (top - bottom + 1)
+    if num_near == walls.cells_along[m, 0] * walls.cells_along[m, 1]:
+        for s in range(start, start + walls.num_walls[m]):
+            paint_wall(nearness, beams, walls, s, x, y, cosine, sine, furthest)
+        return
     for row in range(bottom, top + 1):
-        start = walls.cell_start[w, row * columns + left]
-        stop = walls.cell_start[w, row * columns + right + 1]
-        for e in range(start, stop):
-            s = walls.entry[w, e]
-            if stamp[s] == number:
-                continue
-            stamp[s] = number
-            a_x, a_y = walls.segment[w, s, 0] - x, walls.segment[w, s, 1] - y
-            b_x, b_y = walls.segment[w, s, 2] - x, walls.segment[w, s, 3] - y
-            paint_segment(
-                nearness,
-                beams,
-                cosine * a_x + sine * a_y,
-                cosine * a_y - sine * a_x,
-                cosine * b_x + sine * b_y,
-                cosine * b_y - sine * b_x,
-                furthest,
-            )
+        first, end = entries_of_row(walls, m, row, left, right)
+        for e in range(first, end):
+            s = walls.entry[e]
+            if stamp[s - start] != number:
+                stamp[s - start] = number
+                paint_wall(nearness, beams, walls, s, x, y, cosine, sine, furthest)
 
 
 @formula

@@ -6,6 +6,7 @@ Letters: W worlds, N robots a world. SI units.
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,14 +19,16 @@ from envs.fleet import Fleet
 from envs.lidar import cast_beams
 from envs.observation import Observer
 from envs.observation_layout import ObservationLayout, Observations
-from envs.outcome import Outcome
+from envs.outcome import Outcome, empty_blocks
 from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
 from envs.sensing import Sensing
-from envs.step_kernel import Motion, step_worlds
-from envs.walls import WallMap
+from envs.snapshot import Parts, Snapshot
+from envs.step_kernel import Motion, StepInputs, step_worlds
+from envs.walls import WallArrays, WallMap
 from envs.world import World, over_worlds
-from safefilter.arrays import FloatArray, finite_array, require_positive
+from safefilter.arrays import FloatArray, finite_array, frozen, require_positive
+from safefilter.batch.records import plain
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
 from safefilter.outlines import OwnWalls
@@ -89,19 +92,25 @@ class Navigation:
         self._cooperates = self.fleet.cooperative & ~self.world.person[0]
         self.observer = Observer(self.world, self.rules, layout, sensing)
         self._settings = self.rules.settings(drives=self.world.is_differential)
+        self._robots = self.world.arrays
+        self._kept_walls: WallArrays | None = None
+        self._kept_parts: tuple[Any, ...] = ()
         # Another moment's walls: nothing is kept yet.
         self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
 
-    def reset(self, seed: int | None = None, *, worlds: npt.ArrayLike = True) -> None:
+    def reset(
+        self, seed: int | None = None, *, worlds: npt.ArrayLike = True, first_episode: int = 0
+    ) -> None:
         """Place the robots anew.
 
-        World w draws from a generator seeded by (seed, w): what happens in it does not depend on how many others
-        there are.
+        World w draws from a generator seeded by (seed, first_episode + w): what happens in it does not depend on how
+        many others there are.
 
         Args:
             seed: Seed of all chosen worlds; None goes on with their generators.
             worlds: Which worlds: True for all, or bools of shape (W,).
+            first_episode: Number of the episode of world 0, for runs that play their episodes in several batches.
 
         Raises:
             InvalidInput: If the scenario places two robots into each other, or one into a wall.
@@ -112,7 +121,7 @@ class Navigation:
         walls: dict[int, FloatArray] = {}
         for w in np.flatnonzero(np.broadcast_to(worlds, (self.world.num_worlds,))).tolist():
             if seed is not None:
-                self._generators[w] = np.random.default_rng([seed, w])
+                self._generators[w] = np.random.default_rng([seed, first_episode + w])
             placement = self.scenario.place(self._generators[w])
             self._place(w, placement)
             walls[w] = placement.walls
@@ -138,28 +147,52 @@ class Navigation:
         """
         world = self.world
         action = finite_array(actions, "actions", world.position.shape)
-        outcome = Outcome.empty(world.num_worlds, world.num_robots)
+        blocks = empty_blocks(world.num_worlds, world.num_robots)
         if self._crowd is not None:
             self._walk(self._crowd, action)
-        step = partial(
-            step_worlds,
-            action=action,
-            robots=world.arrays,
-            cooperates=self._cooperates,
-            walls=world.walls.arrays,
-            settings=self._settings,
-            motion=self._motion,
-            contacts=outcome.contacts.arrays,
-            outcome=outcome.arrays,
+        parts, written = self._parts(), tuple(blocks)
+        over_worlds(
+            lambda first, last: step_worlds(first, last, action, parts, written),
+            world.num_worlds,
+            world.num_robots,
         )
-        over_worlds(step, world.num_worlds, world.num_robots)
+        outcome = Outcome.of(blocks)
         self.observer.update()
         self.observer.restart(outcome.reborn)
         return outcome
 
+    def retire(self, worlds: npt.ArrayLike) -> None:
+        """Take everybody out of worlds whose episodes are over: until their next `reset` they cost next to nothing.
+
+        Args:
+            worlds: Bools of shape (W,).
+        """
+        self.world.present[np.broadcast_to(worlds, (self.world.num_worlds,))] = False
+
     def observe(self) -> Observations:
         """Observations of all robots, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`."""
         return self.observer.observe()
+
+    def state(self) -> Snapshot:
+        """Copy of everything that later steps depend on: the world, what is remembered of it, and the generators."""
+        return self._everything.taken()
+
+    def restore(self, state: Snapshot) -> None:
+        """Go on from a moment as if nothing had happened since, bit for bit.
+
+        Args:
+            state: What `state` returned once, of a navigation that was made with the same arguments.
+
+        Raises:
+            SnapshotError: If it does not fit; then nothing has changed.
+        """
+        self._everything.put_back(state)
+
+    @property
+    def _everything(self) -> Parts:
+        gait = {f"gait.{name}": array for name, array in self._gait._asdict().items()}
+        arrays = {**self.world.state, **self.observer.memory, **gait}
+        return Parts(arrays, self.world.walls, self._generators)
 
     def wanted(self, actions: FloatArray) -> FloatArray:
         """What policies want: their actions for robots under way, to stand still for all others.
@@ -205,6 +238,16 @@ class Navigation:
         """Time since the reset of each world, shape (W,), in s."""
         return self.world.step_count.astype(np.float64) * self.rules.dt
 
+    def _parts(self) -> tuple[Any, ...]:
+        """What steps go by, as kernels take it in the least time; kept as long as no wall changes."""
+        walls = self.world.walls.arrays
+        if self._kept_walls is not walls:
+            self._kept_walls = walls
+            self._kept_parts = plain(
+                StepInputs(self._robots, self._cooperates, walls, self._settings, self._motion)
+            )
+        return self._kept_parts
+
     def _scene(
         self, worlds: slice, numbers: npt.NDArray[np.int64], actions: FloatArray | None
     ) -> Scene:
@@ -232,10 +275,11 @@ class Navigation:
 
     def _scan(self, worlds: slice) -> Lidar:
         world, rules = self.world, self.rules
+        seen = rules.lidar_range if rules.wall_range is None else rules.wall_range
         ranges = cast_beams(
             world,
             rules.num_beams,
-            rules.lidar_range,
+            min(seen, rules.lidar_range),
             sensing=self.observer.sensed.sensing,
             worlds=worlds,
         )
@@ -247,7 +291,7 @@ class Navigation:
         walk = partial(
             walk_worlds,
             action=action,
-            robots=world.arrays,
+            robots=self._robots,
             walls=world.walls.arrays,
             gait=self._gait,
             settings=crowd.settings,
@@ -262,11 +306,14 @@ class Navigation:
         kept_arrays, kept_worlds, kept = self._kept_map
         if kept_arrays is arrays and kept_worlds == worlds:
             return kept
-        segment, count = arrays.segment[worlds], arrays.num_walls[worlds]
-        num_worlds, most = segment.shape[:2]
-        first = np.repeat(most * np.arange(num_worlds), self.world.num_robots)
-        ranges = np.stack([first, first + np.repeat(count, self.world.num_robots)], axis=1)
-        known = OwnWalls.of(segment.reshape(-1, 2, 2), ranges)
+        maps = np.repeat(arrays.map_of[worlds], self.world.num_robots)
+        first, count = arrays.first_wall[maps], arrays.num_walls[maps]
+        lowest, end = int(first.min()), int((first + count).max())
+        ranges = np.stack([first, first + count], axis=1) - lowest
+        # They were checked when the maps were laid out, and are never written to.
+        known = OwnWalls(
+            frozen(arrays.segment[lowest:end]), frozen(ranges), int(count.max(initial=0))
+        )
         self._kept_map = arrays, worlds, known
         return known
 

@@ -6,11 +6,13 @@ Letters: W worlds, N robots a world, F numbers.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from envs.lidar_kernel import Beams, paint_robots, paint_walls
 from envs.observation_kernel import (
+    MEMORY_SIZE,
     NEIGHBOUR_SIZE,
     OWN_SIZE,
     Nearest,
@@ -20,6 +22,7 @@ from envs.observation_kernel import (
     write_memory,
     write_neighbour,
     write_own,
+    write_trail,
 )
 from envs.observation_layout import ObservationLayout, Observations
 from envs.odometry import Odometry, OdometryArrays
@@ -27,10 +30,12 @@ from envs.robot_grid_kernel import empty_robot_grid, sort_robots
 from envs.rules import Rules
 from envs.sensing import Sensed, SensedArrays, Sensing
 from envs.step_kernel import RobotArrays
+from envs.trail import NUM_SECTORS
 from envs.walls import WallArrays
 from envs.world import World, over_worlds
 from safefilter.arrays import IntArray
-from safefilter.jit import kernel
+from safefilter.batch.records import plain
+from safefilter.jit import array_formula, kernel
 
 
 class Observer:
@@ -63,13 +68,19 @@ class Observer:
         self._robots = world.arrays
         self._beams = Beams.evenly(self.layout.num_beams)
         self._odometry = Odometry(
-            world.num_worlds, world.num_robots, rules.dt, is_used=self.layout.has_memory
+            world.num_worlds,
+            world.num_robots,
+            rules.dt,
+            is_used=self.layout.has_memory or self.layout.has_trail,
         )
         self.sensed = Sensed(given, self._robots)
+        self._kept_walls: WallArrays | None = None
+        self._kept_parts: tuple[Any, ...] = ()
         self._settings = ObservationSettings(
             num_neighbours=self.layout.num_neighbours,
             num_beams=self.layout.num_beams,
             has_memory=self.layout.has_memory,
+            has_trail=self.layout.has_trail,
             speed_scale=self.layout.speed_scale,
             sensing_range=rules.sensing_range,
             lidar_range=rules.lidar_range,
@@ -77,6 +88,7 @@ class Observer:
             beam_dropout=given.beam_dropout,
             dt=rules.dt,
             drives=world.is_differential,
+            is_exact=given.is_perfect,
         )
 
     def restart(self, chosen: np.typing.NDArray[np.bool_]) -> None:
@@ -89,57 +101,88 @@ class Observer:
         self.sensed.update(self._world.seed)
         self._odometry.update(self._robots)
 
+    @property
+    def memory(self) -> dict[str, np.typing.NDArray[np.generic]]:
+        """Everything that is remembered beside the world, by name; for snapshots."""
+        sensed = {f"sensed.{name}": array for name, array in self.sensed.memory.items()}
+        driven = {f"odometry.{name}": array for name, array in self._odometry.memory.items()}
+        return {**sensed, **driven}
+
     def observe(self) -> Observations:
         """Observations of all robots now; of those that are gone zeros.
 
         Returns:
             Shape (W, N, F), in [-1, 1].
         """
-        world = self._world
+        world, walls = self._world, self._world.walls.arrays
         written = np.zeros(self._shape, dtype=np.float32)
-
-        def write(first: int, last: int) -> None:
-            _observe(
-                first,
-                last,
-                self._robots,
-                self.sensed.arrays,
-                world.seed,
-                world.walls.arrays,
-                self._beams,
-                self._odometry.arrays,
-                self._settings,
-                written,
+        if self._kept_walls is not walls:
+            self._kept_walls = walls
+            self._kept_parts = plain(
+                ObservationInputs(
+                    self._robots,
+                    self.sensed.arrays,
+                    world.seed,
+                    walls,
+                    self._beams,
+                    self._odometry.arrays,
+                    self._settings,
+                )
             )
-
-        over_worlds(write, world.num_worlds, world.num_robots)
+        parts = self._kept_parts
+        over_worlds(
+            lambda first, last: _observe(first, last, parts, written),
+            world.num_worlds,
+            world.num_robots,
+        )
         return written
 
 
+class ObservationInputs(NamedTuple):
+    """What observations are made from."""
+
+    robots: RobotArrays
+    sensed: SensedArrays
+    seed: IntArray
+    walls: WallArrays
+    beams: Beams
+    odometry: OdometryArrays
+    settings: ObservationSettings
+
+
+@array_formula
+def _inputs_of(parts: tuple[Any, ...]) -> ObservationInputs:
+    """Give plain inputs their names back."""
+    robots, sensed, seed, walls, beams, odometry, settings = parts
+    return ObservationInputs(
+        RobotArrays(*robots),
+        SensedArrays(*sensed),
+        seed,
+        WallArrays(*walls),
+        Beams(*beams),
+        OdometryArrays(*odometry),
+        ObservationSettings(*settings),
+    )
+
+
 @kernel
-def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
-    first_world: int,
-    last_world: int,
-    robots: RobotArrays,
-    sensed: SensedArrays,
-    seed: IntArray,
-    walls: WallArrays,
-    beams: Beams,
-    odometry: OdometryArrays,
-    settings: ObservationSettings,
-    written: Observations,
+def _observe(
+    first_world: int, last_world: int, parts: tuple[Any, ...], written: Observations
 ) -> None:
+    robots, sensed, seed, walls, beams, odometry, settings = _inputs_of(parts)
     num_robots = robots.radius.shape[1]
     true_grid, sensed_grid = empty_robot_grid(num_robots), empty_robot_grid(num_robots)
     nearness = np.empty(2 * settings.num_beams)
-    stamp = np.full(walls.segment.shape[1], -1)
+    stamp = np.full(walls.num_walls.max(), -1)
     nearest = Nearest(
         np.empty(settings.num_neighbours, dtype=np.int64), np.empty(settings.num_neighbours)
     )
+    total = np.empty(NUM_SECTORS)
     furthest = settings.lidar_range
     for w in range(first_world, last_world):
         sort_robots(true_grid, w, robots.position, robots.present)
-        sort_robots(sensed_grid, w, sensed.position, robots.present)
+        if not settings.is_exact:
+            sort_robots(sensed_grid, w, sensed.position, robots.present)
         largest_radius = robots.radius[w].max()
         for i in range(num_robots):
             if not robots.present[w, i]:
@@ -148,7 +191,8 @@ def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
             cosine, sine = math.cos(heading), math.sin(heading)
             drives = settings.drives and not robots.person[w, i]
             write_own(written, robots, sensed, w, i, cosine, sine, drives)
-            found = find_nearest(nearest, sensed_grid, sensed, w, i, settings.sensing_range)
+            grid = true_grid if settings.is_exact else sensed_grid
+            found = find_nearest(nearest, grid, sensed, w, i, settings.sensing_range)
             for k in range(found):
                 write_neighbour(
                     written,
@@ -185,6 +229,9 @@ def _observe(  # noqa: PLR0917  # a kernel takes arrays, not records
                 )
                 step = robots.step_count[w]
                 write_beams(written, first, nearness, settings, seed[w], step, w, i)
+            first += settings.num_beams
             if settings.has_memory:
-                first += settings.num_beams
                 write_memory(written, first, robots, odometry, w, i, cosine, sine, settings.dt)
+                first += MEMORY_SIZE
+            if settings.has_trail:
+                write_trail(written, first, robots, odometry, w, i, cosine, sine, total)

@@ -15,6 +15,7 @@ from envs.odometry import OdometryArrays
 from envs.robot_grid_kernel import RobotGrid, cells_near
 from envs.sensing import SensedArrays
 from envs.step_kernel import RobotArrays
+from envs.trail import HALF, add_up_trail
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.jit import formula
 
@@ -24,7 +25,7 @@ TIME_SCALE = 10.0  # s
 SPEED_SCALE = 0.2  # m/s
 GOAL_DECAY = 3.0  # 1/m
 FAR_DECAY, NEAR_DECAY, BEAM_DECAY = 1.5, 8.0, 1.2  # 1/m
-OWN_SIZE, NEIGHBOUR_SIZE = 9, 9
+OWN_SIZE, NEIGHBOUR_SIZE, MEMORY_SIZE = 9, 9, 13
 
 
 class ObservationSettings(NamedTuple):
@@ -34,6 +35,7 @@ class ObservationSettings(NamedTuple):
         num_neighbours: k.
         num_beams: K.
         has_memory: Is there a block of memory?
+        has_trail: Is there a block of the trail?
         speed_scale: Of relative velocities, in m/s.
         sensing_range: Distance of centres up to which robots see each other, in m.
         lidar_range: In m.
@@ -41,11 +43,13 @@ class ObservationSettings(NamedTuple):
         beam_dropout: Probability that a beam does not come back.
         dt: Duration of a step, in s.
         drives: Are robots differential drives?
+        is_exact: Do robots sense each other where they are?
     """
 
     num_neighbours: int
     num_beams: int
     has_memory: bool
+    has_trail: bool
     speed_scale: float
     sensing_range: float
     lidar_range: float
@@ -53,6 +57,7 @@ class ObservationSettings(NamedTuple):
     beam_dropout: float
     dt: float
     drives: bool
+    is_exact: bool
 
 
 class Nearest(NamedTuple):
@@ -256,3 +261,22 @@ def write_memory(
     row[w, i, first] = nearest / (nearest + GOAL_SCALE)
     row[w, i, first + 1] = away / (away + AWAY_SCALE)
     row[w, i, first + 2] = since / (since + TIME_SCALE)
+
+
+@formula
+def write_trail(
+    row: Observations,
+    first: int,
+    robots: RobotArrays,
+    odometry: OdometryArrays,
+    w: int,
+    i: int,
+    cosine: float,
+    sine: float,
+    total: FloatArray,
+) -> None:
+    """Write the block of the trail from column ``first`` on; ``total`` is working space."""
+    x, y = robots.position[w, i, 0], robots.position[w, i, 1]
+    add_up_trail(odometry.place[w, i], odometry.num_places[w, i], x, y, cosine, sine, total)
+    for k in range(len(total)):
+        row[w, i, first + k] = total[k] / (total[k] + HALF)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from envs.trail import NUM_SECTORS
 from safefilter.arrays import positive_number
 from safefilter.errors import OutOfRange
 
@@ -51,6 +52,10 @@ MEMORY_FIELDS = (
     "how much further it is now, e, as e / (e + 1 m)",
     "time t since it was that near, as t / (t + 10 s)",
 )
+TRAIL_FIELDS = tuple(
+    f"how much s it has been {45 * k} degrees to its left in the last two minutes, as s / (s + 2)"
+    for k in range(NUM_SECTORS)
+)
 BEAM_FIELD = "exp(-1.2 range / m); 0 where nothing came back"
 
 
@@ -60,7 +65,7 @@ class Block:
 
     Attributes:
         name: Key of it in the form of a dictionary.
-        shape: Shape of it there: (9,), (k, 9), (K,) or (13,).
+        shape: Shape of it there: (9,), (k, 9), (K,), (13,) or (8,).
         start: Where it starts in the flat form.
         fields: What the numbers along its last axis mean; one for all beams.
     """
@@ -78,20 +83,22 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class ObservationLayout:
-    """Which blocks an observation has: ``own``, ``neighbours``, ``lidar`` and ``memory``, in this order.
+    """Which blocks an observation has: ``own``, ``neighbours``, ``lidar``, ``memory`` and ``trail``, in this order.
 
-    With 5 neighbours and 36 beams these are 90 numbers, and 103 with the memory.
+    With 5 neighbours and 36 beams these are 90 numbers, 103 with the memory, and 111 with the trail too.
 
     Attributes:
         num_neighbours: The nearest k robots are seen; blocks of nobody are zero.
         num_beams: Beams K of the observed lidar, counterclockwise from the heading; 0: no lidar.
         has_memory: Does a robot remember its own way? See `envs.odometry`.
+        has_trail: Does it remember where it has lately spent its time? See `envs.trail`.
         speed_scale: Relative velocities are given as shares of this, in m/s: of twice a Turtlebot's greatest speed.
     """
 
     num_neighbours: int = 5
     num_beams: int = 36
     has_memory: bool = False
+    has_trail: bool = False
     speed_scale: float = 0.4
 
     def __post_init__(self) -> None:
@@ -119,6 +126,7 @@ class ObservationLayout:
             ),
             (self.num_beams > 0, "lidar", (self.num_beams,), (BEAM_FIELD,)),
             (self.has_memory, "memory", (len(MEMORY_FIELDS),), MEMORY_FIELDS),
+            (self.has_trail, "trail", (len(TRAIL_FIELDS),), TRAIL_FIELDS),
         ]
         blocks: list[Block] = []
         start = 0

@@ -10,8 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from envs.collision import Contacts
-from envs.step_kernel import OutcomeArrays
+from envs.step_kernel import OutcomeBlocks
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -51,35 +50,36 @@ class Outcome:
     @classmethod
     def empty(cls, num_worlds: int, num_robots: int) -> Self:
         """Nothing has happened."""
-        shape = (num_worlds, num_robots)
+        return cls.of(empty_blocks(num_worlds, num_robots))
+
+    @classmethod
+    def of(cls, blocks: OutcomeBlocks) -> Self:
+        """Name what is in the blocks that a step has written."""
+        numbers, flags, ends, num_contacts = blocks
         return cls(
-            clearance=np.full(shape, np.inf),
-            wall_clearance=np.full(shape, np.inf),
-            collided=np.zeros(shape, dtype=np.bool_),
-            hit_robot=np.zeros(shape, dtype=np.bool_),
-            hit_wall=np.zeros(shape, dtype=np.bool_),
-            arrived=np.zeros(shape, dtype=np.bool_),
-            cycle_time=np.full(shape, np.nan),
-            reborn=np.zeros(shape, dtype=np.bool_),
-            rotated=np.zeros(shape, dtype=np.bool_),
-            num_contacts=np.zeros(num_worlds, dtype=np.int64),
-            over=np.zeros(num_worlds, dtype=np.bool_),
-            timed_out=np.zeros(num_worlds, dtype=np.bool_),
+            clearance=numbers[0],
+            wall_clearance=numbers[1],
+            collided=flags[0],
+            hit_robot=flags[1],
+            hit_wall=flags[2],
+            arrived=flags[3],
+            cycle_time=numbers[2],
+            reborn=flags[4],
+            rotated=flags[5],
+            num_contacts=num_contacts,
+            over=ends[0],
+            timed_out=ends[1],
         )
 
-    @property
-    def contacts(self) -> Contacts:
-        """The part of it that judging collisions writes, and the part of the step before each first contact."""
-        return Contacts(
-            self.clearance,
-            self.wall_clearance,
-            self.hit_robot,
-            self.hit_wall,
-            np.ones(self.clearance.shape),
-            self.num_contacts,
-        )
 
-    @property
-    def arrays(self) -> OutcomeArrays:
-        """For kernels, which write to them."""
-        return OutcomeArrays(*(getattr(self, name) for name in OutcomeArrays._fields))
+def empty_blocks(num_worlds: int, num_robots: int) -> OutcomeBlocks:
+    """Blocks of an outcome in which nothing has happened."""
+    shape = (num_worlds, num_robots)
+    numbers = np.full((4, *shape), np.inf)
+    numbers[2], numbers[3] = np.nan, 1.0
+    return OutcomeBlocks(
+        numbers,
+        np.zeros((6, *shape), dtype=np.bool_),
+        np.zeros((2, num_worlds), dtype=np.bool_),
+        np.zeros(num_worlds, dtype=np.int64),
+    )

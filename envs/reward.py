@@ -5,9 +5,10 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+import math
+from dataclasses import dataclass
 from enum import Enum
-from typing import Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -15,9 +16,11 @@ from envs import reward_terms as terms
 from envs.norm_area import NormArea
 from envs.social_norms import norm_overlaps
 from envs.transition import Transition
+from envs.world import over_worlds
 from envs.wrong_side import wrong_sides
 from safefilter.arrays import BoolArray, FloatArray, finite_array
 from safefilter.errors import InvalidInput
+from safefilter.jit import formula, kernel
 
 PAPER_AREA = NormArea.of_paper()
 
@@ -137,7 +140,51 @@ class Reward:
         return {name: getattr(self, name) for name in TERMS}
 
 
-TERMS = tuple(field.name for field in fields(Reward))
+class PaidTerms(NamedTuple):
+    """Weights as kernels take them: the fields of `Reward`, in its order."""
+
+    forward: float
+    direction: float
+    static_collision: float
+    dynamic_collision: float
+    time: float
+    goal: float
+    norm: float
+    passing: float
+    overtaking: float
+    intervention: float
+
+
+TERMS = PaidTerms._fields
+
+
+class Readings(NamedTuple):
+    """Which equations are read literally."""
+
+    progress: bool
+    course: bool
+    clock: bool
+
+
+class PaidFor(NamedTuple):
+    """What is paid for: arrays of a `envs.transition.Transition`, and who breaks which norm."""
+
+    start: FloatArray
+    before: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    facing: FloatArray
+    goal: FloatArray
+    v_max: FloatArray
+    under_way: BoolArray
+    arrived: BoolArray
+    hit_robot: BoolArray
+    hit_wall: BoolArray
+    timed_out: BoolArray
+    correction: FloatArray
+    norm: BoolArray
+    passing: BoolArray
+    overtaking: BoolArray
 
 
 def reward(step: Transition, weights: RewardWeights) -> Reward:
@@ -151,32 +198,66 @@ def reward(step: Transition, weights: RewardWeights) -> Reward:
         Terms; all zero for robots that were not under way.
     """
     norms = _norms(step, weights)
-    paid = {
-        **_dense(step, weights),
-        "static_collision": terms.static_collision(step.hit_wall, weights.static_collision),
-        "dynamic_collision": terms.dynamic_collision(step.hit_robot, weights.dynamic_collision),
-        "goal": terms.reaching_goal(step.arrived, weights.goal),
-        **{name: terms.norm(breaks, getattr(weights, name)) for name, breaks in norms.items()},
-        "intervention": terms.intervention(step.correction, weights.intervention),
-    }
-    return Reward(**{name: np.where(step.under_way, term, 0.0) for name, term in paid.items()})
+    given = (norms[name] if name in norms else getattr(step, name) for name in PaidFor._fields)
+    # Any other layout would be compiled for on its own.
+    paid_for = tuple([np.ascontiguousarray(array) for array in given])
+    amounts = tuple([float(getattr(weights, name)) for name in TERMS])
+    literal = tuple([
+        reading is Reading.LITERAL for reading in (weights.progress, weights.course, weights.clock)
+    ])
+    shape = step.under_way.shape
+    paid = np.zeros((len(TERMS), *shape))
+    over_worlds(lambda first, last: _pay(first, last, paid_for, amounts, literal, paid), *shape)
+    return Reward(*paid)
 
 
-def _dense(step: Transition, weights: RewardWeights) -> dict[str, FloatArray]:
-    """Terms whose equations are read in two ways: Eqs. (8), (9), (12)."""
-    since = step.before if weights.progress is Reading.WORKING else step.start
-    speed = np.hypot(step.velocity[..., 0], step.velocity[..., 1])
-    course, share, elapsed = step.velocity, speed / step.v_max, step.under_way
-    if weights.course is Reading.LITERAL:
-        course = np.where((speed > 0.0)[..., np.newaxis], course, step.facing)
-        share = np.ones_like(speed)
-    if weights.clock is Reading.LITERAL:
-        elapsed = step.timed_out
-    return {
-        "forward": terms.moving_forward(since, step.position, step.goal, weights.forward),
-        "direction": terms.direction(course, step.goal - step.position, share, weights.direction),
-        "time": terms.passing_time(elapsed, weights.time),
-    }
+@formula
+def pay_robot(  # noqa: PLR0917  # a compiled formula takes plain arguments
+    step: PaidFor, weights: PaidTerms, literal: Readings, w: int, i: int, paid: FloatArray
+) -> None:
+    """Write all terms of one robot that was under way, in the order of `TERMS`, to ``paid``, shape (10, W, N)."""
+    x, y = step.position[w, i, 0], step.position[w, i, 1]
+    goal_x, goal_y = step.goal[w, i, 0], step.goal[w, i, 1]
+    v_x, v_y = step.velocity[w, i, 0], step.velocity[w, i, 1]
+    # Eqs. (8), (9) and (12) are read in two ways.
+    since_x, since_y = step.before[w, i, 0], step.before[w, i, 1]
+    if literal.progress:
+        since_x, since_y = step.start[w, i, 0], step.start[w, i, 1]
+    speed = math.hypot(v_x, v_y)
+    share = speed / step.v_max[w, i]
+    if literal.course:
+        share = 1.0
+        if speed == 0.0:
+            v_x, v_y = step.facing[w, i, 0], step.facing[w, i, 1]
+    elapsed = step.timed_out[w, i] if literal.clock else True
+    was_away = math.hypot(goal_x - since_x, goal_y - since_y)
+    is_away = math.hypot(goal_x - x, goal_y - y)
+    paid[0, w, i] = terms.moving_forward(was_away, is_away, weights.forward)
+    paid[1, w, i] = terms.direction(v_x, v_y, goal_x - x, goal_y - y, share, weights.direction)
+    paid[2, w, i] = terms.static_collision(step.hit_wall[w, i], weights.static_collision)
+    paid[3, w, i] = terms.dynamic_collision(step.hit_robot[w, i], weights.dynamic_collision)
+    paid[4, w, i] = terms.passing_time(elapsed, weights.time)
+    paid[5, w, i] = terms.reaching_goal(step.arrived[w, i], weights.goal)
+    paid[6, w, i] = terms.norm(step.norm[w, i], weights.norm)
+    paid[7, w, i] = terms.norm(step.passing[w, i], weights.passing)
+    paid[8, w, i] = terms.norm(step.overtaking[w, i], weights.overtaking)
+    paid[9, w, i] = terms.intervention(step.correction[w, i], weights.intervention)
+
+
+@kernel
+def _pay(  # noqa: PLR0917  # a kernel takes arrays, not records
+    first_world: int,
+    last_world: int,
+    paid_for: tuple[Any, ...],
+    amounts: tuple[Any, ...],
+    literal: tuple[Any, ...],
+    paid: FloatArray,
+) -> None:
+    step, weights, readings = PaidFor(*paid_for), PaidTerms(*amounts), Readings(*literal)
+    for w in range(first_world, last_world):
+        for i in range(step.under_way.shape[1]):
+            if step.under_way[w, i]:
+                pay_robot(step, weights, readings, w, i, paid)
 
 
 def _norms(step: Transition, weights: RewardWeights) -> dict[str, BoolArray]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from envs.outcome import Outcome
 from envs.reward import Reward, RewardWeights, reward
+from envs.snapshot import Snapshot, SnapshotError
 from envs.transition import Transition, end_of_step
 from envs.world import World
 from safefilter.arrays import FloatArray
@@ -41,6 +42,24 @@ class RewardTracker:
         self._before = world.position.copy()
         self._under_way = world.active.copy()
 
+    def state(self) -> Snapshot:
+        """What it remembers between two steps."""
+        return {"course": self._course.copy()}
+
+    def restore(self, state: Snapshot) -> None:
+        """Remember what another tracker did.
+
+        Args:
+            state: What `state` returned once.
+
+        Raises:
+            SnapshotError: If it is something else.
+        """
+        course = state.get("course")
+        if not isinstance(course, np.ndarray) or course.shape[2:] != (2,) or course.ndim != 3:
+            raise SnapshotError("state of a tracker: expected courses of shape (W, N, 2)")
+        self._course = course.astype(np.float64)
+
     def reward(
         self, world: World, outcome: Outcome, correction: FloatArray | None = None
     ) -> Reward:
@@ -68,7 +87,7 @@ class RewardTracker:
             arrived=outcome.arrived,
             hit_robot=outcome.hit_robot,
             hit_wall=outcome.hit_wall,
-            timed_out=np.broadcast_to(outcome.timed_out[:, np.newaxis], shape),
+            timed_out=np.repeat(outcome.timed_out[:, np.newaxis], shape[1], axis=1),
             correction=np.zeros(shape) if correction is None else correction,
         )
         return reward(step, self.weights)

@@ -102,10 +102,11 @@ class Sensed:
             robots: The true state.
         """
         self.sensing = sensing
+        self._is_perfect = sensing.is_perfect
         self._robots = robots
         self.arrays = SensedArrays(robots.position, robots.velocity, robots.heading)
         self._sent = np.zeros((*robots.heading.shape, 0, 5))
-        if not sensing.is_perfect:
+        if not self._is_perfect:
             self.arrays = SensedArrays(*(array.copy() for array in self.arrays))
             self._sent = np.zeros((*robots.heading.shape, sensing.delay + 1, 5))
 
@@ -115,7 +116,7 @@ class Sensed:
         Args:
             chosen: Shape (W, N).
         """
-        if self.sensing.is_perfect or not chosen.any():
+        if self._is_perfect or not chosen.any():
             return
         robots = self._robots
         for sensed, true in zip(
@@ -127,13 +128,20 @@ class Sensed:
         )
         self._sent[chosen] = state[chosen][:, np.newaxis]
 
+    @property
+    def memory(self) -> dict[str, FloatArray]:
+        """Everything that is remembered, by name; nothing where sensing is perfect."""
+        if self.sensing.is_perfect:
+            return {}
+        return {"sent": self._sent, **self.arrays._asdict()}
+
     def update(self, seed: IntArray) -> None:
         """Send and receive what the last step has led to.
 
         Args:
             seed: Of each world, shape (W,).
         """
-        if not self.sensing.is_perfect:
+        if not self._is_perfect:
             given = self.sensing
             noise = np.array([given.position_noise, given.velocity_noise, given.heading_noise])
             _exchange(self._robots, seed, noise, given.dropout, self._sent, self.arrays)

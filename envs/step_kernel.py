@@ -6,7 +6,7 @@ Letters: W worlds, N robots a world. SI units.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from envs.arcs import arc_point
 from envs.collision_kernel import ContactArrays, StepArrays, judge_robots, judge_walls
 from envs.dynamics import start_motion
 from envs.robot_grid_kernel import empty_robot_grid, sort_robots
-from envs.walls import WallArrays
+from envs.walls import WallArrays, most_entries
 from safefilter.arrays import BoolArray, FloatArray, IntArray
-from safefilter.jit import formula, kernel
+from safefilter.jit import array_formula, formula, kernel
 
 YIELD, PARK, VANISH, REBORN = range(4)
 """Numbers of `envs.rules.AfterArrival`, in its order."""
@@ -88,6 +88,24 @@ class Motion(NamedTuple):
     travel: FloatArray
 
 
+class StepInputs(NamedTuple):
+    """What steps go by.
+
+    Attributes:
+        robots: State, which a step writes to.
+        cooperates: Does each robot of the fleet cooperate? Shape (N,).
+        walls: Walls of all worlds.
+        settings: Rules.
+        motion: Working space.
+    """
+
+    robots: RobotArrays
+    cooperates: BoolArray
+    walls: WallArrays
+    settings: StepSettings
+    motion: Motion
+
+
 class OutcomeArrays(NamedTuple):
     """What a step writes of an `envs.outcome.Outcome`, besides the contacts; the names are its own."""
 
@@ -98,6 +116,46 @@ class OutcomeArrays(NamedTuple):
     rotated: BoolArray
     over: BoolArray
     timed_out: BoolArray
+
+
+class OutcomeBlocks(NamedTuple):
+    """All of an `envs.outcome.Outcome` in four blocks, because every array handed to a kernel costs.
+
+    Attributes:
+        numbers: ``clearance``, ``wall_clearance``, ``cycle_time`` and the part of the step before each first contact,
+            shape (4, W, N).
+        flags: ``collided``, ``hit_robot``, ``hit_wall``, ``arrived``, ``reborn`` and ``rotated``, shape (6, W, N).
+        ends: ``over`` and ``timed_out``, shape (2, W).
+        num_contacts: Shape (W,).
+    """
+
+    numbers: FloatArray
+    flags: BoolArray
+    ends: BoolArray
+    num_contacts: IntArray
+
+
+@array_formula
+def inputs_of(parts: tuple[Any, ...]) -> StepInputs:
+    """Give plain inputs their names back."""
+    robots, cooperates, walls, settings, motion = parts
+    return StepInputs(
+        RobotArrays(*robots),
+        cooperates,
+        WallArrays(*walls),
+        StepSettings(*settings),
+        Motion(*motion),
+    )
+
+
+@array_formula
+def named_blocks(blocks: tuple[Any, ...]) -> tuple[ContactArrays, OutcomeArrays]:
+    """Name what is in plain blocks of an outcome: the contacts, and the rest."""
+    numbers, flags, ends, num_contacts = blocks
+    contacts = ContactArrays(numbers[0], numbers[1], flags[1], flags[2], numbers[3], num_contacts)
+    return contacts, OutcomeArrays(
+        flags[0], flags[3], numbers[2], flags[4], flags[5], ends[0], ends[1]
+    )
 
 
 @formula
@@ -277,17 +335,23 @@ def step_worlds(
     first_world: int,
     last_world: int,
     action: FloatArray,
-    robots: RobotArrays,
-    cooperates: BoolArray,
-    walls: WallArrays,
-    settings: StepSettings,
-    motion: Motion,
-    contacts: ContactArrays,
-    outcome: OutcomeArrays,
+    parts: tuple[Any, ...],
+    blocks: tuple[Any, ...],
 ) -> None:
-    """Step worlds [first, last); ``cooperates`` tells of each robot of the fleet whether it does, shape (N,)."""
+    """Step worlds [first, last).
+
+    Args:
+        first_world: The first one.
+        last_world: One past the last one.
+        action: What robots are told, shape (W, N, 2).
+        parts: `StepInputs`, made `plain`.
+        blocks: `OutcomeBlocks`, made `plain`, of an outcome in which nothing has happened.
+    """
+    inputs = inputs_of(parts)
+    robots, walls, settings, motion = inputs.robots, inputs.walls, inputs.settings, inputs.motion
+    contacts, outcome = named_blocks(blocks)
     grid = empty_robot_grid(robots.radius.shape[1])
-    squared = np.empty(walls.entry.shape[1])
+    squared = np.empty(most_entries(walls))
     step = StepArrays(
         robots.position,
         motion.displacement,
@@ -307,5 +371,5 @@ def step_worlds(
         advance_world(robots, motion, settings, contacts, outcome, w)
         mark_arrivals(robots, settings, outcome, w)
         if settings.after_arrival == REBORN:
-            give_birth(robots, settings, outcome, cooperates, w)
+            give_birth(robots, settings, outcome, inputs.cooperates, w)
         close_step(robots, settings, outcome, w)

@@ -23,6 +23,10 @@ LABEL_EVERY = 8.0
 """The time is written beside the disc this often, in s."""
 FEW_ROBOTS = 12
 """Up to so many robots have their times written."""
+LABEL_GAP = 0.12
+"""Times nearer to each other than this, in m, could not be read: the later one is left out."""
+STANDING = 0.5
+"""A robot that has moved by less than this part of its radius since its last disc gets no other one."""
 COLOURS = (
     "#4477aa",
     "#ee6677",
@@ -40,8 +44,9 @@ PERSON = "#b0a898"
 def write_trajectories(path: Path, recordings: Sequence[tuple[str, Recording]]) -> None:
     """Draw whole episodes beside each other: one colour a robot, the start as a ring, the goal as a star.
 
-    Discs stand where the robot was in regular time, darker as time goes on, with the time in s beside every other
-    one; a cross stands at each collision. Of people there are the starts and the ways, in grey.
+    Discs stand where the robot was in regular time, darker as time goes on, with the time in s on every other one; of a
+    robot that stands there is one disc. A cross stands at each collision. Of people there are the starts and the ways,
+    in grey.
 
     Args:
         path: PNG to write.
@@ -75,12 +80,14 @@ def _extent(recordings: Sequence[tuple[str, Recording]]) -> tuple[float, float]:
 def _draw(ax: Axes, recording: Recording) -> None:
     setting = recording.setting
     ax.add_collection(LineCollection(list(setting.walls), colors="0.35", linewidths=2.0))
-    number = 0
+    number, written = 0, np.zeros((0, 2))
     for robot in range(recording.num_robots):
         is_person = bool(setting.person[robot])
         colour = PERSON if is_person else COLOURS[number % len(COLOURS)]
         number += not is_person
-        _draw_way(ax, recording, robot, colour)
+        marks = _draw_way(ax, recording, robot, colour)
+        if int((~setting.person).sum()) <= FEW_ROBOTS:
+            written = _write_times(ax, marks, written)
         if not is_person:
             ax.plot(
                 *setting.goal[robot],
@@ -104,45 +111,60 @@ def _draw(ax: Axes, recording: Recording) -> None:
     ax.set_axisbelow(True)
 
 
-def _draw_way(ax: Axes, recording: Recording, robot: int, colour: str) -> None:
-    """The way of a robot from its start until it is gone or rests at its goal."""
+def _draw_way(
+    ax: Axes, recording: Recording, robot: int, colour: str
+) -> list[tuple[float, FloatArray]]:
+    """The way of a robot from its start until it is gone or rests at its goal.
+
+    Returns:
+        Times, in s, and places of its discs.
+    """
     way = recording.position[recording.present[:, robot], robot]
     moved = np.flatnonzero(np.hypot(*np.diff(way, axis=0).T) > 0.0)
     shown = way[: (moved[-1] + 2) if len(moved) else 1]
-    every = max(1, round(MARK_EVERY / recording.setting.dt))
-    marks = shown[::every]
-    diameter = 2.0 * recording.setting.radius[robot]
+    radius = float(recording.setting.radius[robot])
     if recording.setting.person[robot]:
         ax.plot(*shown.T, color=colour, linewidth=0.8, zorder=1)
-        _ring(ax, way[:1], diameter, colour)
-        return
+        _ring(ax, way[:1], 2.0 * radius, colour)
+        return []
+    every = max(1, round(MARK_EVERY / recording.setting.dt))
+    marks: list[tuple[float, FloatArray]] = []
+    for k, place in enumerate(shown[::every]):
+        if not marks or np.hypot(*(place - marks[-1][1])) >= STANDING * radius:
+            marks.append((k * MARK_EVERY, place))
     ax.plot(*shown.T, color=colour, linewidth=1.2, zorder=2)
     ax.add_collection(
         EllipseCollection(
-            [diameter],
-            [diameter],
+            [2.0 * radius],
+            [2.0 * radius],
             [0.0],
             units="xy",
-            offsets=marks,
+            offsets=np.array([place for _, place in marks]),
             transOffset=ax.transData,
             facecolors=colour,
             alpha=np.linspace(0.15, 0.75, len(marks)),
         )
     )
-    _ring(ax, way[:1], diameter, colour)
-    if int((~recording.setting.person).sum()) > FEW_ROBOTS:
-        return
-    for k in range(1, len(marks)):
-        if round(k * MARK_EVERY, 6) % LABEL_EVERY == 0.0:
-            ax.annotate(
-                f"{k * MARK_EVERY:.0f}",
-                marks[k],
-                ha="center",
-                va="center",
-                fontsize=6,
-                color="k",
-                zorder=6,
+    _ring(ax, way[:1], 2.0 * radius, colour)
+    return marks
+
+
+def _write_times(
+    ax: Axes, marks: list[tuple[float, FloatArray]], written: FloatArray
+) -> FloatArray:
+    """Write times on discs, but not on others; ``written`` says where those stand, shape (K, 2), in m.
+
+    Returns:
+        The same with the new ones.
+    """
+    for time, place in marks[1:]:
+        is_due = round(time, 6) % LABEL_EVERY == 0.0
+        if is_due and not (np.hypot(*(written - place).T) < LABEL_GAP).any():
+            ax.text(
+                place[0], place[1], f"{time:.0f}", ha="center", va="center", fontsize=6, zorder=6
             )
+            written = np.concatenate([written, place[np.newaxis]])
+    return written
 
 
 def _ring(ax: Axes, place: FloatArray, diameter: float, colour: str) -> None:

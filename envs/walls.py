@@ -1,17 +1,19 @@
 """Walls of every world, and a grid over them that finds those near a place.
 
-Letters: W worlds, S the most walls of one world, C cells, I entries of cells. SI units.
+Worlds share maps: one that was seen before is not laid out again, and to give a world another map changes a number.
+
+Letters: W worlds, M maps, S walls of all maps, C cells, I entries of cells. SI units.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Self, cast
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import ArrayT, FloatArray, IntArray, finite_array
+from safefilter.arrays import FloatArray, IntArray, finite_array
 from safefilter.jit import formula, kernel
 
 NO_WALLS: FloatArray = np.zeros((0, 2, 2))
@@ -22,28 +24,38 @@ MAX_CELLS_ALONG = 64
 """Maps larger than this many cells have larger cells."""
 FEW_WALLS = 24
 """Up to so many walls one cell holds all: looking at each costs less than looking for them."""
+KEPT_MAPS = 256
+"""So many maps are kept for worlds to come, or twice as many as there are worlds."""
 # Walls count for a cell that they pass by this much, in cells: rounding must not lose one on a border.
 CELL_SLACK = 1e-6
 
 
 class WallArrays(NamedTuple):
-    """What kernels are given.
+    """What kernels are given: all maps one after the other, and which of them each world has.
 
     Attributes:
-        segment: (a_x, a_y, b_x, b_y) of each wall, shape (W, S, 4), in m.
-        num_walls: Number of walls of each world, shape (W,).
-        corner: South-west corner of each grid, shape (W, 2), in m.
-        cell_size: Side of its cells, shape (W,), in m.
-        cells_along: Number of cells along x and y, shape (W, 2).
-        cell_start: Where the entries of each cell start in ``entry``, row by row, shape (W, C + 1).
-        entry: Walls that pass through each cell, shape (W, I).
+        map_of: Map of each world, shape (W,).
+        segment: Walls (a_x, a_y, b_x, b_y) of all maps and 0, the margin kept from each, in the form of
+            `safefilter.scene.Scene.walls`, shape (S, 5), in m.
+        first_wall: First wall of each map, shape (M,).
+        num_walls: Number of walls of each map, shape (M,).
+        corner: South-west corner of each grid, shape (M, 2), in m.
+        cell_size: Side of its cells, shape (M,), in m.
+        cells_along: Number of cells along x and y, shape (M, 2).
+        first_cell: Where the cells of each map start in ``cell_start``, shape (M,).
+        cell_start: Where the entries of each cell start in ``entry``, row by row, and where the last ones of each map
+            end, shape (C,).
+        entry: Walls that pass through each cell, shape (I,).
     """
 
+    map_of: IntArray
     segment: FloatArray
+    first_wall: IntArray
     num_walls: IntArray
     corner: FloatArray
     cell_size: FloatArray
     cells_along: IntArray
+    first_cell: IntArray
     cell_start: npt.NDArray[np.int32]
     entry: npt.NDArray[np.int32]
 
@@ -55,21 +67,15 @@ class WallMap:
         arrays: For kernels. Replaced, never written to, when walls change: who holds them keeps that moment.
     """
 
+    arrays: WallArrays
+
     def __init__(self, num_worlds: int) -> None:
         """No walls yet.
 
         Args:
             num_worlds: Number of worlds W.
         """
-        self.arrays = WallArrays(
-            segment=np.zeros((num_worlds, 0, 4)),
-            num_walls=np.zeros(num_worlds, dtype=np.int64),
-            corner=np.zeros((num_worlds, 2)),
-            cell_size=np.ones(num_worlds),
-            cells_along=np.ones((num_worlds, 2), dtype=np.int64),
-            cell_start=np.zeros((num_worlds, 2), dtype=np.int32),
-            entry=np.zeros((num_worlds, 0), dtype=np.int32),
-        )
+        self._start_over([NO_WALLS.reshape(-1, 4)], np.zeros(num_worlds, dtype=np.int64))
 
     @classmethod
     def everywhere(cls, walls: npt.ArrayLike, num_worlds: int) -> Self:
@@ -86,8 +92,7 @@ class WallMap:
 
     def of(self, world: int) -> FloatArray:
         """Walls of one world, shape (S, 2, 2), in m."""
-        segment = self.arrays.segment[world, : self.arrays.num_walls[world]]
-        return segment.reshape(-1, 2, 2).copy()
+        return self._segments(self.arrays.map_of[world]).reshape(-1, 2, 2)
 
     def replace(self, walls: dict[int, FloatArray]) -> None:
         """Give some worlds other walls.
@@ -99,35 +104,94 @@ class WallMap:
             ShapeError: If walls are of another shape.
             NotFinite: If a coordinate is NaN or infinite.
         """
-        changed = {}
-        for world, given in walls.items():
-            segment = finite_array(given, f"walls of world {world}", ("S", 2, 2)).reshape(-1, 4)
-            if not np.array_equal(
-                segment, self.arrays.segment[world, : self.arrays.num_walls[world]]
-            ):
-                changed[world] = segment
-        if changed:
-            most = max(len(segment) for segment in changed.values())
-            self.arrays = _resized(self.arrays, num_walls=most)
-            for world, segment in changed.items():
-                self._put(world, segment)
+        given = {
+            world: finite_array(segments, f"walls of world {world}", ("S", 2, 2)).reshape(-1, 4)
+            for world, segments in walls.items()
+        }
+        if len(self._numbers) > max(KEPT_MAPS, 2 * len(self.arrays.map_of)):
+            self._forget_unused()
+        numbers = self._numbers_of(list(given.values()))
+        if not np.array_equal(self.arrays.map_of[list(given)], numbers):
+            map_of = self.arrays.map_of.copy()
+            map_of[list(given)] = numbers
+            self.arrays = self.arrays._replace(map_of=map_of)
 
-    def _put(self, world: int, segment: FloatArray) -> None:
-        grid = _grid_over(segment)
-        cells = int(grid.cells_along[0] * grid.cells_along[1])
-        start = np.zeros(cells + 1, dtype=np.int32)
-        entry = _list_cells(segment, *grid, start)
-        arrays = self.arrays
-        if cells + 1 > arrays.cell_start.shape[1] or len(entry) > arrays.entry.shape[1]:
-            arrays = _resized(arrays, num_cells=cells, num_entries=len(entry))
-        arrays.segment[world, : len(segment)] = segment
-        arrays.num_walls[world] = len(segment)
-        arrays.corner[world] = grid.corner
-        arrays.cell_size[world] = grid.cell_size
-        arrays.cells_along[world] = grid.cells_along
-        arrays.cell_start[world, : cells + 1] = start
-        arrays.entry[world, : len(entry)] = entry
-        self.arrays = arrays
+    def _segments(self, number: int) -> FloatArray:
+        """Walls of one map, shape (S, 4), in m."""
+        first = self.arrays.first_wall[number]
+        return self.arrays.segment[first : first + self.arrays.num_walls[number], :4].copy()
+
+    def _numbers_of(self, maps: list[FloatArray]) -> list[int]:
+        """Numbers of maps; those that are new are laid out."""
+        numbers, parts = [], [self.arrays]
+        for segment in maps:
+            key = segment.tobytes()
+            if key not in self._numbers:
+                self._numbers[key] = len(self._numbers)
+                parts.append(_laid_out(segment))
+            numbers.append(self._numbers[key])
+        if len(parts) > 1:
+            self.arrays = _one_after_the_other(parts)
+        return numbers
+
+    def _forget_unused(self) -> None:
+        """Keep only the maps that worlds have."""
+        used, map_of = np.unique(self.arrays.map_of, return_inverse=True)
+        self._start_over([self._segments(number) for number in used], map_of.astype(np.int64))
+
+    def _start_over(self, maps: list[FloatArray], map_of: IntArray) -> None:
+        """Keep these maps, all different, and no others."""
+        self._numbers: dict[bytes, int] = {}
+        self.arrays = WallArrays(
+            map_of=map_of,
+            segment=np.zeros((0, 5)),
+            first_wall=np.zeros(0, dtype=np.int64),
+            num_walls=np.zeros(0, dtype=np.int64),
+            corner=np.zeros((0, 2)),
+            cell_size=np.zeros(0),
+            cells_along=np.zeros((0, 2), dtype=np.int64),
+            first_cell=np.zeros(0, dtype=np.int64),
+            cell_start=np.zeros(0, dtype=np.int32),
+            entry=np.zeros(0, dtype=np.int32),
+        )
+        self._numbers_of(maps)
+
+
+def _laid_out(segment: FloatArray) -> WallArrays:
+    """One map alone, of walls of shape (S, 4), in m, and no world."""
+    grid = _grid_over(segment)
+    start = np.zeros(grid.cells_along.prod() + 1, dtype=np.int32)
+    entry = _list_cells(segment, *grid, start)
+    return WallArrays(
+        map_of=np.zeros(0, dtype=np.int64),
+        segment=np.column_stack([segment, np.zeros(len(segment))]),
+        first_wall=np.zeros(1, dtype=np.int64),
+        num_walls=np.array([len(segment)]),
+        corner=grid.corner[np.newaxis],
+        cell_size=np.array([grid.cell_size]),
+        cells_along=grid.cells_along[np.newaxis],
+        first_cell=np.zeros(1, dtype=np.int64),
+        cell_start=start,
+        entry=entry,
+    )
+
+
+def _one_after_the_other(parts: list[WallArrays]) -> WallArrays:
+    """Maps of all parts; what counts from the start of a part counts from the start of all afterwards."""
+    walls = cells = entries = 0
+    shifted = []
+    for part in parts:
+        shifted.append(
+            part._replace(
+                first_wall=part.first_wall + walls,
+                first_cell=part.first_cell + cells,
+                cell_start=part.cell_start + np.int32(entries),
+                entry=part.entry + np.int32(walls),
+            )
+        )
+        walls, cells = walls + len(part.segment), cells + len(part.cell_start)
+        entries += len(part.entry)
+    return WallArrays(*map(np.concatenate, zip(*shifted, strict=True)))
 
 
 class _Grid(NamedTuple):
@@ -149,28 +213,6 @@ def _grid_over(segment: FloatArray) -> _Grid:
     return _Grid(corner, size, along)
 
 
-def _resized(
-    arrays: WallArrays, *, num_walls: int = 0, num_cells: int = 0, num_entries: int = 0
-) -> WallArrays:
-    """Copy, with room for at least so much."""
-
-    def grown(array: ArrayT, size: int) -> ArrayT:
-        kept = array.shape[1]
-        larger = np.zeros((len(array), max(kept, size), *array.shape[2:]), dtype=array.dtype)
-        larger[:, :kept] = array
-        return cast("ArrayT", larger)
-
-    return WallArrays(
-        segment=grown(arrays.segment, num_walls),
-        num_walls=arrays.num_walls.copy(),
-        corner=arrays.corner.copy(),
-        cell_size=arrays.cell_size.copy(),
-        cells_along=arrays.cells_along.copy(),
-        cell_start=grown(arrays.cell_start, num_cells + 1),
-        entry=grown(arrays.entry, num_entries),
-    )
-
-
 @formula
 def first_and_last_cell(
     low: float, high: float, corner: float, cell_size: float, num_cells: int
@@ -183,6 +225,39 @@ def first_and_last_cell(
     first_cell = min(max((low - corner) / cell_size - CELL_SLACK, 0.0), last)
     last_cell = min(max((high - corner) / cell_size + CELL_SLACK, 0.0), last)
     return math.floor(first_cell), math.floor(last_cell)
+
+
+@formula
+def cells_within(
+    walls: WallArrays, m: int, x: float, y: float, reach: float
+) -> tuple[int, int, int, int]:
+    """Cells of map m that hold all walls within ``reach`` of a place: first and last column, first and last row."""
+    size = walls.cell_size[m]
+    left, right = first_and_last_cell(
+        x - reach, x + reach, walls.corner[m, 0], size, walls.cells_along[m, 0]
+    )
+    bottom, top = first_and_last_cell(
+        y - reach, y + reach, walls.corner[m, 1], size, walls.cells_along[m, 1]
+    )
+    return left, right, bottom, top
+
+
+@formula
+def entries_of_row(walls: WallArrays, m: int, row: int, left: int, right: int) -> tuple[int, int]:
+    """First entry of the cells from column ``left`` to ``right`` of a row of map m, and the one after the last."""
+    first = walls.first_cell[m] + row * walls.cells_along[m, 0]
+    return walls.cell_start[first + left], walls.cell_start[first + right + 1]
+
+
+@formula
+def most_entries(walls: WallArrays) -> int:
+    """Most entries of one map."""
+    most = 0
+    for m in range(len(walls.first_cell)):
+        first = walls.first_cell[m]
+        last = first + walls.cells_along[m, 0] * walls.cells_along[m, 1]
+        most = max(most, walls.cell_start[last] - walls.cell_start[first])
+    return most
 
 
 @formula

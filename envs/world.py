@@ -7,16 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, fields
+from typing import Self, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
 from envs.step_kernel import RobotArrays
 from envs.walls import WallMap
-from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.arrays import ArrayT, BoolArray, FloatArray, IntArray
 from safefilter.threads import over_ranges
 
 
@@ -88,11 +89,11 @@ class World:
             heading=np.zeros(shape),
             turn_rate=np.zeros(shape),
             goal=np.zeros((*shape, 2)),
-            radius=np.array(np.broadcast_to(fleet.radius, shape)),
-            v_max=np.array(np.broadcast_to(fleet.v_max, shape)),
-            omega_max=np.array(np.broadcast_to(fleet.omega_max, shape)),
-            priority=np.array(np.broadcast_to(fleet.priority, shape)),
-            cooperative=np.array(np.broadcast_to(fleet.cooperative, shape)),
+            radius=_spread(fleet.radius, shape),
+            v_max=_spread(fleet.v_max, shape),
+            omega_max=_spread(fleet.omega_max, shape),
+            priority=_spread(fleet.priority, shape),
+            cooperative=_spread(fleet.cooperative, shape),
             present=np.zeros(shape, dtype=np.bool_),
             arrived=np.zeros(shape, dtype=np.bool_),
             collided=np.zeros(shape, dtype=np.bool_),
@@ -114,6 +115,15 @@ class World:
     def arrays(self) -> RobotArrays:
         """For kernels, which write to them."""
         return RobotArrays(*(getattr(self, name) for name in RobotArrays._fields))
+
+    @property
+    def state(self) -> dict[str, npt.NDArray[np.generic]]:
+        """All arrays but the walls, by name; for snapshots."""
+        return {
+            each.name: getattr(self, each.name)
+            for each in fields(self)
+            if each.name not in {"walls", "kinematics"}
+        }
 
     def snapshot(self) -> Self:
         """Copy of this moment, which later steps do not change."""
@@ -175,3 +185,10 @@ def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:
     length = np.hypot(direction[..., 0], direction[..., 1])
     factor = np.divide(speed, length, out=np.zeros_like(length), where=length > 0.0)
     return direction * factor[..., np.newaxis]
+
+
+def _spread(each: ArrayT, shape: tuple[int, int]) -> ArrayT:
+    """The same robots in every world, shape (W, N)."""
+    # In C order: numpy would keep that of the broadcast array, and numba compile every kernel once for one world and
+    # once more for several.
+    return cast("ArrayT", np.array(np.broadcast_to(each, shape), order="C"))

@@ -6,11 +6,14 @@ Letters: (...) any leading shape. SI units.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from safefilter.arrays import FloatArray
 
 
-def to_command(raw: FloatArray, v_max: FloatArray, omega_max: FloatArray) -> FloatArray:
+def to_command(
+    raw: npt.NDArray[np.floating], v_max: FloatArray, omega_max: FloatArray
+) -> FloatArray:
     """Commands that raw actions stand for: v = v_max (1 + a_0) / 2 and w = omega_max a_1.
 
     A drive that goes forward at half its speed is where a fresh network starts from.

@@ -1,4 +1,4 @@
-"""The demo: differential drives cross an intersection between walls by unsafe policies, filter off and on.
+"""The demo: differential drives between walls, by unsafe policies and by one that was trained, filter off and on.
 
 Run it as ``python -m policies.demo``; it prints tables and leaves pictures in ``out/demo/``.
 """
@@ -20,6 +20,7 @@ from envs.recording import Recording
 from envs.rendering import side_by_side
 from envs.trajectory_figure import write_trajectories
 from policies.demo_cases import CasePictures
+from policies.demo_learned import learned_table, show_all, write_pictures
 from policies.demo_tables import decision_table, outcome_table, priority_table
 from policies.demo_trials import (
     SCENARIO,
@@ -69,12 +70,21 @@ def main(settings: Settings, console: Console) -> None:
     settings.out.mkdir(parents=True, exist_ok=True)
     safety_filter, cases = make_filter(), CasePictures()
     results = _run_all(settings, safety_filter, cases, console)
+    with console.status("the trained policy ...") as status:
+        showings = show_all(
+            settings.worlds, settings.seed, lambda what: status.update(f"{what} ...")
+        )
     console.print(outcome_table(results, settings.steps))
     console.print(decision_table(results))
     console.print(priority_table(results))
+    console.print(learned_table(showings))
     picture = settings.out / "cases.png"
     cases.write(picture, safety_filter, TIME_HORIZON)
-    for path in (picture, *_write_pictures(results, settings, console)):
+    for path in (
+        picture,
+        *_write_pictures(results, settings, console),
+        *write_pictures(showings, settings.out),
+    ):
         console.print(f"wrote {path} ({path.stat().st_size / 1e6:.1f} MB)", highlight=False)
     console.print(f"took {perf_counter() - started:.0f} s", highlight=False)
 

@@ -20,7 +20,7 @@ from envs.steering import steer
 from envs.world import World, full_speed
 from safefilter.arrays import FloatArray, frozen
 from safefilter.constraints.constraint import Constraint
-from safefilter.constraints.priority_orca import PriorityORCA
+from safefilter.constraints.priority_orca import Leg, PriorityORCA
 from safefilter.constraints.separation import Separation
 from safefilter.constraints.static_obstacles import StaticObstacles
 from safefilter.jit import kernel
@@ -57,26 +57,29 @@ def preferred_velocity(world: World, roadmap: Roadmap | None = None) -> FloatArr
     return full_speed(offset, np.minimum(world.v_max, distance / SLOWING_TIME))
 
 
-def orca_filter(world: World, dt: float) -> SafetyFilter:
+def orca_filter(
+    world: World, dt: float, *, leg: Leg = "nearest", right_bias: float = 0.0
+) -> SafetyFilter:
     """The filter for all robots of all worlds, each with its own greatest speed; its rows rule collisions out.
 
     Args:
         world: Worlds after their reset.
         dt: Duration of a step, in s.
+        leg: See `PriorityORCA`.
+        right_bias: See `SafetyFilter`, in rad.
     """
     constraints: list[Constraint] = [
-        PriorityORCA(TIME_HORIZON),
+        PriorityORCA(TIME_HORIZON, leg=leg),
         StaticObstacles(WALL_HORIZON),
         Separation(dt),
     ]
     v_max = world.v_max.ravel()
     if not world.is_differential:
-        return SafetyFilter(constraints, Holonomic(v_max))
+        return SafetyFilter(constraints, Holonomic(v_max), right_bias=right_bias)
     # One for all, so the smallest: a command within it is one that everybody can execute.
     omega_max = float(world.omega_max.min())
-    return SafetyFilter(
-        constraints, DifferentialDrive(v_max, omega_max, dt, tracking_error=TRACKING_ERROR)
-    )
+    drive = DifferentialDrive(v_max, omega_max, dt, tracking_error=TRACKING_ERROR)
+    return SafetyFilter(constraints, drive, right_bias=right_bias)
 
 
 class _AllowedVelocities(Holonomic):
@@ -122,7 +125,7 @@ class NHORCA:
     def act(self, world: World, _rng: np.random.Generator, /) -> FloatArray:
         """Velocities, or commands (v, w), of all robots, shape (W, N, 2)."""
         preferred = preferred_velocity(world, self._roadmap)
-        index = np.flatnonzero(world.cooperative.ravel())
+        index = np.flatnonzero((world.cooperative & world.present).ravel())
         if not len(index):
             return steer(world, preferred)
         scene = self._scenes()

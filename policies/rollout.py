@@ -16,6 +16,7 @@ from envs.metrics import Summary, summarise
 from envs.navigation import Navigation
 from envs.recording import Recorder, Recording
 from envs.robot_results import RobotResults
+from policies.lateness import PUNCTUAL, LateAnswers, Lateness
 from policies.policy import Policy
 from safefilter.arrays import FloatArray, frozen
 from safefilter.decision import Decision
@@ -51,43 +52,55 @@ def roll_out(
     safety_filter: SafetyFilter | None,
     *,
     seed: int,
+    first_episode: int = 0,
     max_steps: int | None = None,
+    lateness: Lateness = PUNCTUAL,
     watch: Callable[[Scene, FloatArray, Decision], None] = lambda *_: None,
 ) -> Rollout:
     """Drive all robots of all worlds from their starts until nobody is under way or the time is over.
+
+    A world is taken out of the run as soon as its episode is over.
 
     Args:
         navigation: Worlds; they are reset first.
         policy: Proposes actions.
         safety_filter: Decides for the cooperative robots; None executes what the policy proposes.
         seed: Seed of the worlds and of the policy.
+        first_episode: Number of the episode of world 0, see `Navigation.reset`.
         max_steps: Steps at most; None for the time limit of the rules.
+        lateness: How late answers come.
         watch: Told of every decision: the scene, the actions wanted, shape (B, 2), and what was decided.
 
     Returns:
         Measures and a recording.
     """
-    navigation.reset(seed)
+    navigation.reset(seed, first_episode=first_episode)
     world = navigation.world
-    rng = np.random.default_rng([seed, world.num_worlds])
+    rng = np.random.default_rng([seed, first_episode, world.num_worlds])
     measures = EpisodeMeasures.start(world)
     recorder = Recorder(world, 0, navigation.rules.dt)
     limit = navigation.rules.max_steps if max_steps is None else max_steps
     decision_times = []
+    shape = world.num_worlds, world.num_robots
+    late = LateAnswers(lateness, shape, limit, seed=seed, first_episode=first_episode)
     for _ in range(limit):
         actions = navigation.wanted(policy.act(world, rng))
         case = np.zeros(world.cooperative.shape, dtype=np.int64)
-        if safety_filter is not None and world.cooperative.any():
+        is_recorded = bool(world.present[0].any())
+        if safety_filter is not None and (world.cooperative & world.present).any():
             scene, wanted, decision, elapsed = _decide(navigation, safety_filter, actions)
             measures.record_decision(decision)
-            case[world.cooperative] = decision.case
+            case.ravel()[decision.index] = decision.case
             decision_times.append(elapsed)
             watch(scene, wanted, decision)
+        actions = late.executed(actions)
         outcome = navigation.step(actions)
         measures.record(world, outcome, actions, navigation.rules.dt)
-        recorder.record(actions[0], case[0])
+        if is_recorded:
+            recorder.record(actions[0], case[0])
         if outcome.over.all():
             break
+        navigation.retire(outcome.over)
     success = world.arrived & ~world.collided
     return Rollout(
         summary=summarise(measures.metrics, world),
@@ -107,9 +120,9 @@ def _decide(
     Returns:
         The scene, the actions wanted, the decisions, and the time one took, in s.
     """
-    cooperative = navigation.world.cooperative
-    index = np.flatnonzero(cooperative.ravel())
-    robots = np.unravel_index(index, cooperative.shape)
+    deciding = navigation.world.cooperative & navigation.world.present
+    index = np.flatnonzero(deciding.ravel())
+    robots = np.unravel_index(index, deciding.shape)
     scene = navigation.scenes(actions)
     wanted = actions[robots]
     start = perf_counter()

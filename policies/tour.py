@@ -20,8 +20,7 @@ from rich.table import Table
 
 from envs.fleet import RADIUS, Fleet
 from envs.navigation import Navigation
-from envs.rules import Rules
-from envs.scenarios import DescribedScenario, Scenario
+from envs.scenarios import DescribedScenario, Scenario, recommended_rules
 from envs.scenarios.draw import all_scenarios
 from envs.scenarios.roadmap import Roadmap
 from envs.trajectory_figure import write_trajectories
@@ -115,7 +114,7 @@ def visit(
         settings: Worlds, seed and time.
     """
     is_large = scenario.num_robots > MANY_ROBOTS
-    recommended = scenario.rules if isinstance(scenario, DescribedScenario) else Rules()
+    recommended = recommended_rules(scenario)
     rules = replace(
         recommended,
         time_limit=SHORT_TIME if is_large else min(recommended.time_limit, settings.time_limit),

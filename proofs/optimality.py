@@ -62,7 +62,7 @@ class _Columns:
 
 def _is_called_nearest() -> tuple[int]:
     """Is the point called nearest, whatever its largest violation is? 1 or 0."""
-    largest = {"ROUNDING": 0, "most_violated": lambda *_: (0, Number(VIOLATION))}
+    largest: dict[str, Any] = {"ROUNDING": 0, "most_violated": lambda *_: (0, Number(VIOLATION))}
     given = map(Number, (W_X, W_Y, X, Y))
     weights = [Number(WEIGHT), Number(OTHER_WEIGHT)]
     passes = symbolic(is_nearest, largest)(_table(ROWS, 2), 0, *given, 0, [0, 1], weights, 2)

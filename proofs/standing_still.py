@@ -62,7 +62,7 @@ def _last_word() -> tuple[Any, ...]:
         return Number(X) + 1, Number(Y) + 1
     # Casting is of floats; a real number is what it is.
     reals = SimpleNamespace(isfinite=lambda _: True, sqrt=SYMBOLIC_MATH.sqrt)
-    exact = {"cast": lambda value, _: value, "math": reals}
+    exact: dict[str, Any] = {"cast": lambda value, _: value, "math": reals}
     executed: tuple[Any, ...] = symbolic(last_word, exact)(budget, 0, 1, *velocity, False)
     return executed
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from safefilter.backends.backend import Backend, Capabilities, Solution, Status
 from safefilter.backends.registry import available_backends, make_backend, register_backend
 from safefilter.certificate import Certificate, certify
+from safefilter.comparison.runner import compare_backends
 from safefilter.constraints.affine_barrier import AffineBarrier
 from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.linear_constraint import LinearConstraint
@@ -55,6 +56,7 @@ __all__ = [
     "Status",
     "available_backends",
     "certify",
+    "compare_backends",
     "make_backend",
     "register_backend",
     "solve",

@@ -10,12 +10,27 @@ import math
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.jit import formula, kernel
+from safefilter.jit import array_formula, formula, kernel
 
 # A return this close to a known robot's rim may be that robot's: sensor and pose noise of a few centimetres, in m.
 MASK_MARGIN = 0.03
 # A return this close to it is that robot's: ranges may come in single precision, in m.
 RIM_TOLERANCE = 1e-6
+
+
+@array_formula
+def directions(angles: FloatArray) -> FloatArray:
+    """Unit vectors of beams before they turn with the robot, shape (K, 2): sines of each robot's own cost the most."""
+    unit = np.empty((len(angles), 2))
+    for k in range(len(angles)):
+        unit[k, 0], unit[k, 1] = math.cos(angles[k]), math.sin(angles[k])
+    return unit
+
+
+@formula
+def turned(x: float, y: float, cosine: float, sine: float) -> tuple[float, float]:
+    """(x, y) turned counterclockwise by an angle."""
+    return cosine * x - sine * y, sine * x + cosine * y
 
 
 @formula
@@ -171,14 +186,15 @@ def find_walls(
         nearest: Out, shape (N, K).
     """
     num_beams = len(angles)
-    unit, masker = np.empty((num_beams, 2)), np.empty(num_beams, dtype=np.int64)
+    ahead, unit = directions(angles), np.empty((num_beams, 2))
+    masker = np.empty(num_beams, dtype=np.int64)
     block = np.searchsorted(blocks, first, side="right") - 1
     for i in range(first, last):
         while blocks[block + 1] <= i:
             block += 1
+        cosine, sine = math.cos(heading[i]), math.sin(heading[i])
         for k in range(num_beams):
-            direction = heading[i] + angles[k]
-            unit[k, 0], unit[k, 1] = math.cos(direction), math.sin(direction)
+            unit[k, 0], unit[k, 1] = turned(ahead[k, 0], ahead[k, 1], cosine, sine)
         mask_returns(
             i,
             blocks[block],
@@ -216,15 +232,16 @@ def write_walls(
     walls: FloatArray,
 ) -> None:
     """Write what `find_walls` found of robots [first, last) as points with their margins; ``unit_margin`` is at 1 m."""
+    ahead = directions(angles)
     for i in range(first, last):
         row = start[i]
+        cosine, sine = math.cos(heading[i]), math.sin(heading[i])
         for k in range(len(angles)):
             distance = nearest[i, k]
             if not math.isfinite(distance):
                 continue
-            direction = heading[i] + angles[k]
-            x = position[i, 0] + distance * math.cos(direction)
-            y = position[i, 1] + distance * math.sin(direction)
+            x, y = turned(distance * ahead[k, 0], distance * ahead[k, 1], cosine, sine)
+            x, y = position[i, 0] + x, position[i, 1] + y
             walls[row, 0], walls[row, 1], walls[row, 2], walls[row, 3] = x, y, x, y
             walls[row, 4] = unit_margin * distance
             row += 1

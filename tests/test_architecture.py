@@ -62,7 +62,7 @@ DISTRIBUTIONS = {
     "z3": "z3-solver",
 }
 EXTRA_OF_FOLDER = {
-    "safefilter": ["demo", "learn", "testing"],
+    "safefilter": ["compare", "demo", "learn", "qpbenchmark", "testing"],
     "envs": ["demo", "learn"],
     "policies": ["demo", "learn"],
     "proofs": ["demo", "dev"],

@@ -7,7 +7,7 @@ from envs.scenarios.described import DescribedScenario
 from envs.scenarios.doorway import Doorway
 from envs.scenarios.library import load_scenario, scenario_names
 from envs.scenarios.packed import Packed
-from envs.scenarios.scenario import Placement, Scenario
+from envs.scenarios.scenario import Placement, Scenario, recommended_rules
 from envs.scenarios.town import Town
 from envs.scenarios.u_shape import UShape
 
@@ -23,5 +23,6 @@ __all__ = [
     "Town",
     "UShape",
     "load_scenario",
+    "recommended_rules",
     "scenario_names",
 ]

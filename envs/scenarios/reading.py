@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from envs.scenarios.schema import Specification
-from envs.scenarios.yaml_lines import ScenarioFileError, YamlFile
+from envs.scenarios.yaml_lines import ScenarioFileError, YamlFile, way_text
 
 LONGEST_ECHO = 60
 """So much of a faulty value is repeated in the message, in characters."""
@@ -44,11 +43,5 @@ def _faults(file: YamlFile, error: ValidationError) -> list[str]:
         reason = fault["msg"].removeprefix("Value error, ").replace("tuple", "list")
         given = repr(fault["input"])
         shown = given if len(given) <= LONGEST_ECHO else f"{given[:LONGEST_ECHO]} ..."
-        faults.add((line, f"{_way_text(keys)}{reason}, got {shown}"))
+        faults.add((line, f"{way_text(keys)}{reason}, got {shown}"))
     return [f"{file.path}:{line}: {text}" for line, text in sorted(faults)]
-
-
-def _way_text(keys: Sequence[int | str]) -> str:
-    """The way to a value as people write it: ``robots[0].start: ``."""
-    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
-    return f"{text.removeprefix('.')}: " if text else ""

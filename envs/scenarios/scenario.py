@@ -6,10 +6,11 @@ Letters: N robots, S walls. SI units; x points east, y north.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from envs.rules import Rules
 from envs.walls import NO_WALLS
 from safefilter.arrays import FloatArray
 
@@ -38,7 +39,8 @@ class Placement:
 class Scenario(Protocol):
     """Places the robots of one world at a time, and the walls between them.
 
-    A scenario with people has an attribute ``crowd`` as well, an `envs.crowd.Crowd`.
+    A scenario with people has an attribute ``crowd`` as well, an `envs.crowd.Crowd`; one that recommends rules has
+    ``rules``, see `recommended_rules`.
     """
 
     @property
@@ -59,6 +61,21 @@ class Scenario(Protocol):
     def place(self, rng: np.random.Generator) -> Placement:
         """Draw starts, goals and walls."""
         ...
+
+
+@runtime_checkable
+class Ruled(Protocol):
+    """A scenario that recommends rules."""
+
+    @property
+    def rules(self) -> Rules:
+        """What they are."""
+        ...
+
+
+def recommended_rules(scenario: Scenario) -> Rules:
+    """Rules that a scenario recommends; the usual ones if it does not."""
+    return scenario.rules if isinstance(scenario, Ruled) else Rules()
 
 
 def chain(*points: tuple[float, float]) -> FloatArray:

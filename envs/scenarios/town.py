@@ -1,8 +1,8 @@
 """Town: streets to train in, and others to test in.
 
 The paper trains in "a simulated town with multiple intersections and many obstacles" (Fig. 4(b)) and prints no plan
-of it. Maps are drawn by `town_map`; traffic is drawn anew in every episode: robots that meet head-on, fast ones behind
-slow ones, and others that go anywhere.
+of it. Maps are drawn by `town_map`; traffic is drawn anew in every episode: robots with a trap ahead, robots that meet
+head-on or at a crossing, fast ones behind slow ones, and others that go anywhere.
 
 Letters: N robots. SI units.
 """
@@ -16,9 +16,12 @@ from typing import Literal, get_args
 import numpy as np
 
 from envs.fleet import MAX_SPEED
+from envs.rules import Rules
+from envs.scenarios import town_traps
 from envs.scenarios.scenario import Placement, jitter
-from envs.scenarios.town_map import BLOCK_SHARE, PITCH, TRAP_SHARE, TownMap, town_map
-from safefilter.arrays import FloatArray
+from envs.scenarios.town_cells import PITCH
+from envs.scenarios.town_map import BLOCK_SHARE, TownMap, town_map
+from safefilter.arrays import FloatArray, IntArray
 from safefilter.errors import InvalidInput, OutOfRange
 
 Split = Literal["training", "held-out"]
@@ -36,9 +39,13 @@ NEAREST_GOAL = 2
 FURTHEST_GOAL = 6
 """Goals of robots that meet, or overtake, are at most so many cells away."""
 MEETING_SHARE = 0.6
-"""Part of the draws that are for two robots: half of them head-on, half of them overtaking."""
+"""Part of the draws that are for robots that meet: head-on, overtaking and at a crossing alike."""
 MAX_DRAWS = 50
-"""Draws for two robots, until single ones fill the town up."""
+"""Draws for robots that meet, until single ones fill the town up."""
+TIME_LIMIT = 200.0
+"""In s. Of 320 shortest ways in held-out towns of eight robots, the longest takes 104 s at its robot's speed."""
+MOST_TRAPPED = 0.4
+"""Part of the robots, at most, on whose straight way to the goal a trap stands on purpose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,13 +105,18 @@ class Town:
     @property
     def size(self) -> int:
         """Cells along each side: streets for all starts, twice over, beside blocks and traps."""
-        streets = 1.0 - BLOCK_SHARE - TRAP_SHARE
+        streets = 1.0 - BLOCK_SHARE - town_traps.SHARE
         return max(4, math.ceil(math.sqrt(1.8 * self.num_robots / streets)))
 
     @property
     def half_extent(self) -> float:
         """Half the side of the square that holds all starts, goals and walls, in m."""
         return self.size * PITCH / 2.0
+
+    @property
+    def rules(self) -> Rules:
+        """Rules that are recommended: time for twice the longest way at the least speed."""
+        return Rules(time_limit=TIME_LIMIT)
 
     def map_number(self, draw: int) -> int:
         """Number of a map of this split: even to train in, odd to test in.
@@ -141,42 +153,71 @@ class Town:
 def _trips(rng: np.random.Generator, town: TownMap, num_robots: int) -> list[Trip]:
     """Trips whose starts are all in different cells, and so are their goals."""
     trips: list[Trip] = []
+    num_trapped = rng.integers(int(MOST_TRAPPED * num_robots) + 1)
+    for number in rng.permutation(len(town.trapped))[:num_trapped].tolist():
+        trip = [Trip(*town.trapped[number])]
+        if _is_room(town, trips, trip):
+            trips += trip
     for _ in range(MAX_DRAWS):
         if rng.uniform() > MEETING_SHARE or len(trips) > num_robots - 2:
             break
-        pair = _meeting(rng, town)
-        if pair and _is_room(town, trips, pair):
-            trips += pair
+        group = _meeting(rng, town)
+        if len(trips) + len(group) <= num_robots and _is_room(town, trips, group):
+            trips += group
+    # Drawn at every reset: flags of cells take a microsecond, sets of numpy's forty.
+    may_start, may_end = town.is_street.copy(), town.is_street.copy()
+    may_start[[trip.start for trip in trips]] = False
+    may_end[[trip.goal for trip in trips]] = False
     while len(trips) < num_robots:
-        starts = np.setdiff1d(town.streets, [trip.start for trip in trips])
-        goals = np.setdiff1d(town.streets, [trip.goal for trip in trips])
-        start = rng.choice(starts)
+        start = _drawn(rng, np.flatnonzero(may_start))
+        goals = np.flatnonzero(may_end)
         far = goals[town.hops[start, goals] >= NEAREST_GOAL]
         # In a small town all that is left may be near, but the same cell is no trip.
-        choice = far if len(far) else np.setdiff1d(goals, [start])
-        trips.append(Trip(int(start), int(rng.choice(choice))))
+        goal = _drawn(rng, far if len(far) else goals[goals != start])
+        may_start[start] = may_end[goal] = False
+        trips.append(Trip(start, goal))
     return trips
 
 
+def _drawn(rng: np.random.Generator, cells: IntArray) -> int:
+    """One of some cells."""
+    return int(cells[rng.integers(len(cells))])
+
+
 def _meeting(rng: np.random.Generator, town: TownMap) -> list[Trip]:
-    """Two robots that meet head-on, or of which one comes up behind the other; none if the draw is no good."""
+    """Robots that meet; none if the draw is no good."""
+    kind = rng.integers(3)
+    if kind == 0:
+        return _crossing(rng, town)
     first, last = rng.choice(town.streets, 2, replace=False).tolist()
     way = town.way(first, last)
     if not NEAREST_GOAL <= len(way) - 1 <= FURTHEST_GOAL:
         return []
-    if rng.uniform() < 0.5:
+    if kind == 1:
         return [Trip(first, last), Trip(last, first)]
     if len(way) - 1 <= NEAREST_GOAL:
         return []
     return [Trip(first, last, overtakes=True), Trip(way[1], way[-2], is_overtaken=True)]
 
 
+def _crossing(rng: np.random.Generator, town: TownMap) -> list[Trip]:
+    """Robots that come to one cell from all cells around it at once, and go on to where another has come from."""
+    middle = _drawn(rng, town.streets)
+    around = np.flatnonzero((town.hops[middle] == 1.0) & town.is_street)
+    if len(around) < 3:
+        return []
+    starts = rng.permutation(around)
+    return [
+        Trip(int(start), int(goal)) for start, goal in zip(starts, np.roll(starts, 1), strict=True)
+    ]
+
+
 def _is_room(town: TownMap, trips: list[Trip], more: list[Trip]) -> bool:
     """Would all cells still be streets, and each the start of one robot, and the goal of one?"""
     both = [*trips, *more]
     starts, goals = {trip.start for trip in both}, {trip.goal for trip in both}
-    on_streets = np.isin([*starts, *goals], town.streets).all()
-    return len(starts) == len(goals) == len(both) and bool(on_streets)
+    on_streets = all(town.is_street[cell] for trip in more for cell in (trip.start, trip.goal))
+    return len(starts) == len(goals) == len(both) and on_streets
 
 
 def _speeds(rng: np.random.Generator, trips: list[Trip]) -> FloatArray:

@@ -9,7 +9,6 @@ Letters: C cells, S walls. SI units; x points east, y north; cells are numbered 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -17,25 +16,18 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, shortest_path
 
-from envs.scenarios.shapes import box, u_shape
+from envs.scenarios import town_traps
+from envs.scenarios.shapes import box
+from envs.scenarios.town_cells import PITCH, cell_centres, sides_of_cells, squares_of_cells
+from envs.scenarios.town_traps import Trap, TrapDrawer
 from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
 
-PITCH = 1.3
-"""Side of a cell, in m."""
 THICKNESS = 0.15
 """Of walls, in m: more than a lidar of 360 beams needs at 3.5 m (`Lidar.least_thickness`: 0.086 m)."""
-TRAP_WIDTH = 0.36
-"""Width inside of a trap, in m. On each side 0.29 m are left to walls, for robots of 0.21 m."""
-TRAP_THICKNESS = 0.1
-"""Of the walls of traps, in m."""
-SHALLOW = (0.25, 0.4)
-"""Depths of traps, in m: from the least to the greatest."""
-DEEP = (0.8, 1.2)
-"""Depths of deep traps, in m."""
 BLOCK_SHARE = 0.15
 """Part of the cells that are built over, at most."""
-TRAP_SHARE = 0.2
-"""Part of the cells that hold traps, at most."""
+SQUARE_SHARE = 0.5
+"""Part of the maps of 4 by 4 cells or more that have an open square of four, with a trap in the middle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,16 +39,33 @@ class TownMap:
         walls: Segments, shape (S, 2, 2), in m.
         centres: Of all cells, shape (C, 2), in m.
         streets: Cells without block or trap, in which robots may start and end, ascending.
+        is_street: The same as flags, shape (C,).
         hops: Cells from each to each, shape (C, C); infinite from and to blocks.
         before: Cell before the last on a shortest way from the first to the second index, shape (C, C).
+        traps: Traps that stand in it.
     """
 
     size: int
     walls: FloatArray
     centres: FloatArray
     streets: IntArray
+    is_street: BoolArray
     hops: FloatArray
     before: IntArray
+    traps: tuple[Trap, ...]
+
+    @property
+    def trapped(self) -> list[tuple[int, int]]:
+        """Streets in front of a trap and behind it, for trips on whose straight way it stands."""
+        ends = [(trap.front, trap.behind) for trap in self.traps]
+        return [
+            (front, behind)
+            for front, behind in ends
+            if front is not None
+            and behind is not None
+            and self.is_street[front]
+            and self.is_street[behind]
+        ]
 
     def way(self, start: int, goal: int) -> list[int]:
         """Cells of a shortest way, ends included."""
@@ -76,11 +85,13 @@ def town_map(number: int, size: int, *, has_deep_traps: bool) -> TownMap:
         has_deep_traps: May traps take up two cells?
     """
     rng = np.random.default_rng([number, size])
-    sides = _sides(size)
+    sides = sides_of_cells(size)
     blocks = _blocks(rng, size, sides)
     inner = sides[~np.isin(sides, blocks).any(axis=1)]
     is_open = _opened(rng, size, inner)
-    traps, shapes = _traps(rng, size, inner[is_open], blocks, has_deep_traps=has_deep_traps)
+    square = _square(rng, size, blocks) if size >= 4 and rng.uniform() < SQUARE_SHARE else []
+    is_open |= np.isin(inner, square).all(axis=1)
+    traps = _traps(rng, size, inner[is_open], blocks, square, has_deep_traps=has_deep_traps)
     graph = _graph(inner[is_open], size * size)
     hops, before = shortest_path(graph, directed=False, unweighted=True, return_predecessors=True)
     border = (size * PITCH - THICKNESS) / 2.0
@@ -88,28 +99,19 @@ def town_map(number: int, size: int, *, has_deep_traps: bool) -> TownMap:
     blocked = [*(_block_walls(block, size) for block in blocks), *_wall_runs(inner[~is_open], size)]
     # What reaches into the walls around the town ends at them.
     inside = [np.clip(walls, -border, border) for walls in blocked]
-    walls = np.concatenate([room, *inside, *shapes])
+    walls = np.concatenate([room, *inside, *(trap.outline for trap in traps)])
+    is_street = np.ones(size * size, dtype=np.bool_)
+    is_street[[*blocks, *(cell for trap in traps for cell in trap.cells)]] = False
     return TownMap(
         size=size,
         walls=frozen(walls),
-        centres=frozen(_centres(np.arange(size * size), size)),
-        streets=frozen(np.setdiff1d(np.arange(size * size), [*blocks, *traps])),
+        centres=frozen(cell_centres(np.arange(size * size), size)),
+        streets=frozen(np.flatnonzero(is_street)),
+        is_street=frozen(is_street),
         hops=frozen(hops),
         before=frozen(before.astype(np.int64)),
+        traps=tuple(traps),
     )
-
-
-def _centres(cells: IntArray, size: int) -> FloatArray:
-    row, column = np.divmod(cells, size)
-    return np.stack([column, row], axis=-1) * PITCH - (size - 1) * PITCH / 2.0
-
-
-def _sides(size: int) -> IntArray:
-    """Pairs of cells that share a side, shape (2 size (size - 1), 2)."""
-    number = np.arange(size * size).reshape(size, size)
-    beside = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1)
-    above = np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1)
-    return np.concatenate([beside, above])
 
 
 def _graph(sides: IntArray, num_cells: int) -> csr_array:
@@ -148,41 +150,36 @@ def _traps(
     size: int,
     open_sides: IntArray,
     blocks: list[int],
+    square: list[int],
     *,
     has_deep_traps: bool,
-) -> tuple[list[int], list[FloatArray]]:
-    """Cells that hold traps, and the traps' outlines."""
-    taken: list[int] = []
-    shapes: list[FloatArray] = []
-    most = rng.integers(1, max(1, int(TRAP_SHARE * size * size)) + 1)
-    if has_deep_traps and len(open_sides):
-        pair = open_sides[rng.integers(len(open_sides))]
-        middle = _centres(pair, size).mean(axis=0)
-        axis = 0.0 if abs(pair[1] - pair[0]) == 1 else 0.5 * math.pi
-        shapes.append(_trap(rng, middle, axis + math.pi * rng.integers(2), DEEP))
-        taken += pair.tolist()
-    for cell in rng.permutation(np.setdiff1d(np.arange(size * size), blocks)).tolist():
+) -> list[Trap]:
+    """Traps in cells without blocks."""
+    drawer = TrapDrawer(rng, size, open_sides)
+    most = len(square) + rng.integers(1, max(1, int(town_traps.SHARE * size * size)) + 1)
+    traps = [drawer.in_square(square, may_be_deep=has_deep_traps)] if square else []
+    deep = drawer.deep(square) if has_deep_traps else None
+    if deep is not None:
+        traps.append(deep)
+    taken = [cell for trap in traps for cell in trap.cells]
+    for cell in rng.permutation(np.setdiff1d(np.arange(size * size), [*blocks, *taken])).tolist():
         if len(taken) >= most:
             break
-        if cell not in taken:
-            opens = 0.5 * math.pi * rng.integers(4)
-            shapes.append(_trap(rng, _centres(np.array(cell), size), opens, SHALLOW))
-            taken.append(cell)
-    return taken, shapes
+        traps.append(drawer.shallow(cell))
+        taken.append(cell)
+    return traps
 
 
-def _trap(
-    rng: np.random.Generator, centre: FloatArray, opens: float, depths: tuple[float, float]
-) -> FloatArray:
-    depth = rng.uniform(*depths)
-    # The outline reaches from a thickness behind the back to the mouth; its middle goes to the centre.
-    back = (depth - TRAP_THICKNESS) / 2.0
-    at = (centre[0] - back * math.cos(opens), centre[1] - back * math.sin(opens))
-    return u_shape(at, opens=opens, width=TRAP_WIDTH, depth=depth, thickness=TRAP_THICKNESS)
+def _square(rng: np.random.Generator, size: int, blocks: list[int]) -> list[int]:
+    """A square of four cells of which none is built over; none if there is no such square."""
+    squares = squares_of_cells(size)
+    free = squares[~np.isin(squares, blocks).any(axis=1)]
+    chosen: list[int] = free[rng.integers(len(free))].tolist() if len(free) else []
+    return chosen
 
 
 def _block_walls(block: int, size: int) -> FloatArray:
-    x, y = _centres(np.array(block), size)
+    x, y = cell_centres(np.array(block), size)
     reach = (PITCH + THICKNESS) / 2.0
     return box((x - reach, y - reach), (x + reach, y + reach))
 

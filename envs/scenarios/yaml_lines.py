@@ -14,7 +14,7 @@ from safefilter.errors import InvalidInput
 
 
 class ScenarioFileError(InvalidInput):
-    """A scenario file cannot be used; the message names file, line and reason, one line for each fault."""
+    """A file cannot be used; the message names file, line and reason, one line for each fault."""
 
 
 # A hundred times the longest layout of the library.
@@ -117,6 +117,16 @@ class YamlFile:
             if below is not None or place == len(keys) - 1:
                 found.append(key)
         return line + 1, found
+
+
+def way_text(keys: Sequence[int | str]) -> str:
+    """The way to a value as people write it: ``robots[0].start: ``; of the root, nothing.
+
+    Args:
+        keys: Keys and indices from the root to the value.
+    """
+    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
+    return f"{text.removeprefix('.')}: " if text else ""
 
 
 def _child(node: yaml.Node, key: int | str) -> tuple[yaml.Node, yaml.Node] | None:

@@ -62,6 +62,7 @@ class Solution:
             proof: ``G' multipliers = 0`` and ``h' multipliers < 0``, or NaN.
         build_time: Seconds spent on handing the program over.
         solve_time: Seconds spent in the solver.
+        cut: How far the lowest multiplier was below zero before it was cut; 0 if none was.
     """
 
     status: Status
@@ -69,6 +70,7 @@ class Solution:
     multipliers: FloatArray
     build_time: float
     solve_time: float
+    cut: float = 0.0
 
     def __post_init__(self) -> None:
         """Forbid writing to the arrays.

@@ -45,7 +45,7 @@ class Clarabel:
     name = "clarabel"
     capabilities = Capabilities(qp=True, lp=True)
 
-    def __init__(self, tolerance: float) -> None:
+    def __init__(self, tolerance: float | None) -> None:
         self._tolerance = tolerance
         self._workspace = lru_cache(maxsize=MOST_WORKSPACES)(self._new_workspace)
 
@@ -86,9 +86,10 @@ class Clarabel:
         settings.input_sparse_dropzeros = False
         # Programs come at unit scale; a scaling found for the first one would be kept for all that follow.
         settings.equilibrate_enable = False
-        settings.tol_gap_abs = settings.tol_gap_rel = gap_tolerance(self._tolerance)
-        settings.tol_infeas_abs = settings.tol_infeas_rel = self._tolerance
-        settings.tol_feas = self._tolerance
+        if self._tolerance is not None:
+            settings.tol_gap_abs = settings.tol_gap_rel = gap_tolerance(self._tolerance)
+            settings.tol_infeas_abs = settings.tol_infeas_rel = self._tolerance
+            settings.tol_feas = self._tolerance
         return clarabel.DefaultSolver(
             upper_identity(num_variables),
             np.zeros(num_variables),

@@ -158,10 +158,10 @@ class CompiledProblem:
 class Cvxpy:
     """Solves programs by a solver that CVXPY wraps; see `safefilter.backends.backend.Backend`."""
 
-    def __init__(self, solver: str, tolerance: float) -> None:
+    def __init__(self, solver: str, tolerance: float | None) -> None:
         how = SOLVERS[solver]
         self._solver = solver
-        self._settings = how.settings(tolerance)
+        self._settings = {} if tolerance is None else how.settings(tolerance)
         self._compiled = lru_cache(maxsize=MOST_PROBLEMS)(CompiledProblem)
         self.name = f"cvxpy:{solver}"
         self.capabilities = Capabilities(qp=True, lp=how.lp)

@@ -46,8 +46,8 @@ class Osqp:
     name = "osqp"
     capabilities = Capabilities(qp=True, lp=False)
 
-    def __init__(self, tolerance: float) -> None:
-        self._tolerance = tolerance
+    def __init__(self, tolerance: float | None) -> None:
+        self._settings = {} if tolerance is None else _settings(tolerance)
         self._workspace = lru_cache(maxsize=MOST_WORKSPACES)(self._new_workspace)
 
     def solve(self, program: ConvexProgram) -> Solution:
@@ -91,17 +91,11 @@ class Osqp:
             A=full_matrix(num_rows, num_variables),
             l=np.full(num_rows, -np.inf),
             u=np.ones(num_rows),
-            eps_abs=self._tolerance,
-            eps_rel=0.0,
-            # Its proofs of infeasibility settle later than its points: at the tolerance itself, one empty set in 20
-            # runs out of iterations.
-            eps_prim_inf=10.0 * self._tolerance,
-            eps_dual_inf=10.0 * self._tolerance,
-            max_iter=MOST_ITERATIONS,
             rho=FIRST_RHO,
             # Programs come at unit scale already.
             scaling=0,
             verbose=False,
+            **self._settings,
         )
         return workspace
 
@@ -110,3 +104,15 @@ class Osqp:
         # Iterates of a program without an answer run off to infinity, and rho with them.
         workspace.warm_start(x=np.zeros(program.num_variables), y=np.zeros(program.num_rows))
         workspace.update_settings(rho=FIRST_RHO)
+
+
+def _settings(tolerance: float) -> dict[str, float]:
+    return {
+        "eps_abs": tolerance,
+        "eps_rel": 0.0,
+        # Its proofs of infeasibility settle later than its points: at the tolerance itself, one empty set in 20 runs
+        # out of iterations.
+        "eps_prim_inf": 10.0 * tolerance,
+        "eps_dual_inf": 10.0 * tolerance,
+        "max_iter": MOST_ITERATIONS,
+    }

@@ -55,14 +55,16 @@ class Planar:
     name = "planar"
     capabilities = Capabilities(qp=True, lp=True, max_variables=3)
 
-    def __init__(self, tolerance: float = DEFAULT_TOLERANCE) -> None:
-        """Set the accuracy, in the unit of the variables.
+    def __init__(self, tolerance: float | None = None) -> None:
+        """Set the accuracy, in the unit of the variables; None: `DEFAULT_TOLERANCE`.
 
         Raises:
             NotFinite: If the tolerance is NaN or infinite.
             OutOfRange: If it is not above zero.
         """
-        self._tolerance = positive_number(tolerance, "tolerance")
+        self._tolerance = positive_number(
+            DEFAULT_TOLERANCE if tolerance is None else tolerance, "tolerance"
+        )
 
     def solve(self, program: ConvexProgram) -> Solution:
         """Solve; see `Backend.solve`.

@@ -166,10 +166,10 @@ def installed_solvers() -> tuple[str, ...]:
 class Qpsolvers:
     """Solves programs by a solver that qpsolvers wraps; see `safefilter.backends.backend.Backend`."""
 
-    def __init__(self, solver: str, tolerance: float) -> None:
+    def __init__(self, solver: str, tolerance: float | None) -> None:
         self._solver = solver
         self._how = SOLVERS[solver]
-        self._settings = self._how.settings(tolerance)
+        self._settings = {} if tolerance is None else self._how.settings(tolerance)
         self.name = f"qpsolvers:{solver}"
         self.capabilities = Capabilities(qp=True, lp=self._how.lp)
 

@@ -86,12 +86,13 @@ def register_backend(name: str, factory: Factory) -> None:
     _registered[name] = factory
 
 
-def make_backend(name: str, *, tolerance: float) -> Backend:
+def make_backend(name: str, *, tolerance: float | None) -> Backend:
     """Make a backend.
 
     Args:
         name: ``planar``, ``osqp``, ``clarabel``, ``qpsolvers:<solver>``, ``cvxpy:<SOLVER>`` or a registered name.
-        tolerance: Accuracy wanted, in the unit of the variables, m/s for robots; above zero.
+        tolerance: Accuracy wanted, in the unit of the variables, m/s for robots; above zero. None leaves a solver at
+            the accuracy that its authors set, which the filter never does: it is for comparisons.
 
     Returns:
         A new backend with workspaces of its own.
@@ -101,20 +102,27 @@ def make_backend(name: str, *, tolerance: float) -> Backend:
         BackendNotInstalled: If its package is missing; the message says what to install.
         NotFinite: If the tolerance is NaN or infinite.
         OutOfRange: If the tolerance is not above zero.
+        InvalidInput: If it is None for a registered backend, whose factory takes a number.
     """
-    accuracy = positive_number(tolerance, "tolerance")
+    accuracy = None if tolerance is None else positive_number(tolerance, "tolerance")
     if not isinstance(name, str):
         raise UnknownBackend(f"backend: expected a name, got {name!r}")
     if name in _registered:
+        if accuracy is None:
+            raise InvalidInput(f"tolerance: the factory of {name!r} takes a number, got None")
         return _registered[name](accuracy)
     if name in BACKENDS:
-        factory: Factory = getattr(_load(name, BACKENDS[name]), BACKENDS[name].maker)
+        factory: Callable[[float | None], Backend] = getattr(
+            _load(name, BACKENDS[name]), BACKENDS[name].maker
+        )
         return factory(accuracy)
     family, _, solver = name.partition(":")
     if family in FAMILIES:
         module = _load(name, FAMILIES[family])
         if solver in module.installed_solvers():
-            of_family: Callable[[str, float], Backend] = getattr(module, FAMILIES[family].maker)
+            of_family: Callable[[str, float | None], Backend] = getattr(
+                module, FAMILIES[family].maker
+            )
             return of_family(solver, accuracy)
         if solver in module.SOLVERS:
             raise BackendNotInstalled(_what_to_install(name, module.SOLVERS[solver].package))
@@ -124,6 +132,11 @@ def make_backend(name: str, *, tolerance: float) -> Backend:
 def backend_factory(name: str) -> Factory:
     """Factory of a backend that another process can call too; names and errors as in `make_backend`."""
     return _registered.get(name, functools.partial(_make_named, name))
+
+
+def is_registered(name: str) -> bool:
+    """Is this a backend that was added by `register_backend`?"""
+    return name in _registered
 
 
 def _make_named(name: str, tolerance: float) -> Backend:

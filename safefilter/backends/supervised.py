@@ -1,26 +1,22 @@
 """A backend in a process of its own, which is ended if it is late: a hanging solver cannot be interrupted otherwise.
 
-A thread would not do: a solver that keeps the interpreter lock stops the whole process. The worker is a plain child
-that runs `serve`; unlike `multiprocessing`'s it does not import the caller's main script again.
+A thread would not do: a solver that keeps the interpreter lock stops the whole process.
 """
 
 from __future__ import annotations
 
-import os
 import pickle
-import subprocess
-import sys
-import weakref
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from time import monotonic
 
 from safefilter.arrays import positive_number
 from safefilter.backends.backend import Backend, Capabilities, Solution, Status
+from safefilter.backends.child_process import ChildProcess
 from safefilter.errors import BackendFailed, InvalidInput, SafeFilterError
 from safefilter.programs.convex_program import ConvexProgram
 
-_SERVE = "from safefilter.backends.supervised import serve; serve({read}, {write})"
+SERVE = "safefilter.backends.supervised"
 START_SECONDS = 120.0
 
 
@@ -128,26 +124,13 @@ class Supervised:
 
 
 class Worker:
-    """The child process and the two pipes to it."""
+    """The process of a backend."""
 
     def __init__(self, order: bytes) -> None:
-        """Start the child; it says when it is ready."""
-        to_read, child_write = os.pipe()
-        child_read, to_write = os.pipe()
-        environment = dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, sys.path)))
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", _SERVE.format(read=child_read, write=child_write)],
-            pass_fds=(child_read, child_write),
-            env=environment,
-            stdin=subprocess.DEVNULL,
-        )
-        os.close(child_read)
-        os.close(child_write)
-        self._replies = Connection(to_read, writable=False)
-        self._orders = Connection(to_write, readable=False)
+        """Start it; it says when it is ready."""
+        self._child = ChildProcess(SERVE, order)
         self._is_ready = False
-        self.end = weakref.finalize(self, _end, self._process, self._replies, self._orders)
-        self._orders.send_bytes(order)
+        self.end = self._child.end
 
     def is_ready(self, seconds: float) -> bool:
         """Is the backend made? Waits for it.
@@ -155,24 +138,17 @@ class Worker:
         Raises:
             EOFError: If the child died.
         """
-        if not self._is_ready and self._replies.poll(max(0.0, seconds)):
-            self._is_ready = self._replies.recv() == "ready"
+        if not self._is_ready and self._child.replies.poll(max(0.0, seconds)):
+            self._is_ready = self._child.replies.recv() == "ready"
         return self._is_ready
 
     def ask(self, program: ConvexProgram, expires: float) -> Solution | str | None:
         """Solution, the words of what was raised, or None if time is up."""
-        self._orders.send((program.P, program.q, program.G, program.h))
-        if not self._replies.poll(max(0.0, expires - monotonic())):
+        self._child.orders.send((program.P, program.q, program.G, program.h))
+        if not self._child.replies.poll(max(0.0, expires - monotonic())):
             return None
-        reply: Solution | str = self._replies.recv()
+        reply: Solution | str = self._child.replies.recv()
         return reply
-
-
-def _end(process: subprocess.Popen[bytes], replies: Connection, orders: Connection) -> None:
-    process.kill()
-    process.wait()
-    replies.close()
-    orders.close()
 
 
 def serve(read: int, write: int) -> None:

@@ -86,7 +86,7 @@ class UnitProgram:
             status: `Status.OPTIMAL` or `Status.INACCURATE`.
             x: Point, shape (n,).
             multipliers: Of the unit rows, shape (m,). Rounding below zero is cut: a large cut is not hidden, it shows
-                in the residual of ``P x + q + G' multipliers``.
+                in the residual of ``P x + q + G' multipliers``, and in `Solution.cut`.
             times: What it took.
 
         Returns:
@@ -94,15 +94,18 @@ class UnitProgram:
         """
         # numpy turns None into NaN.
         point = np.array(x, dtype=np.float64)
-        weights = np.maximum(np.array(multipliers, dtype=np.float64), 0.0)
+        given = np.array(multipliers, dtype=np.float64)
+        weights = np.maximum(given, 0.0)
         if not (np.isfinite(point).all() and np.isfinite(weights).all()):
             return self.without_point(Status.NOT_FINITE, times)
+        scale = self.cost_size / self.row_length
         return Solution(
             status=status,
             x=point,
-            multipliers=weights * (self.cost_size / self.row_length),
+            multipliers=weights * scale,
             build_time=times.build,
             solve_time=times.solve,
+            cut=float(np.maximum(-given * scale, 0.0).max(initial=0.0)),
         )
 
     def without_point(self, status: Status, times: Times) -> Solution:

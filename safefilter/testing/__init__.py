@@ -14,6 +14,7 @@ That your settings keep your robots apart, from contact at the start on::
 
 from __future__ import annotations
 
+from safefilter.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
 from safefilter.testing.agreement import BackendsDisagree, assert_backends_agree
 from safefilter.testing.backend_contract import (
     BACKEND_CHECKS,
@@ -22,7 +23,6 @@ from safefilter.testing.backend_contract import (
     backend_contract,
 )
 from safefilter.testing.closed_loop import ClosedLoop, closed_loop
-from safefilter.testing.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
 from safefilter.testing.faults import FAULTS, FAULTS_IN_A_PROCESS
 from safefilter.testing.invariants import (
     Collision,

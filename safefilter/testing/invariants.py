@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from safefilter.arrays import FloatArray, array_code
+from safefilter.closest_approach import Approach
 from safefilter.decision import Case, Decision
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
-from safefilter.testing.closest_approach import Approach
 from safefilter.testing.reproduction import decision_code
 from safefilter.testing.rollout import Step, Trial, roll_out
 from safefilter.testing.tally import NOTHING, Tally

@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from safefilter.arrays import FloatArray
+from safefilter.closest_approach import Approach, Pairs, pairs_within
 from safefilter.decision import Case, Fault
 from safefilter.errors import InvalidInput
 from safefilter.scene import Scene
-from safefilter.testing.closest_approach import Approach, Pairs, pairs_within
 from safefilter.testing.invariants import Collision, NotCertified
 from safefilter.testing.minimality import NotMinimal
 from safefilter.testing.paths import Paths, robots_on_paths, walls_on_paths

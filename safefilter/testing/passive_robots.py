@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from safefilter.arrays import FloatArray
+from safefilter.closest_approach import Pairs
 from safefilter.scene import Scene
-from safefilter.testing.closest_approach import Pairs
 
 
 def passive_velocity(

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.testing.closest_approach import CONTACT_TOLERANCE, Approach, Pairs
+from safefilter.closest_approach import CONTACT_TOLERANCE, Approach, Pairs
 
 # From (which pair, fraction of the step), shape (K,) each, to free distances, shape (K,).
 Gap = Callable[[IntArray, FloatArray], FloatArray]

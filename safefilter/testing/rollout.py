@@ -16,11 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from safefilter.arrays import FloatArray, frozen, per_robot, positive_number, require_positive
+from safefilter.closest_approach import Approach, Pairs, closest_approach, pairs_within
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import WANTED_X, WANTED_Y, Scene
-from safefilter.testing.closest_approach import Approach, Pairs, closest_approach, pairs_within
 from safefilter.testing.passive_robots import passive_velocity
 from safefilter.testing.paths import Paths, robots_on_paths, walls_on_paths
 from safefilter.testing.policies import Policy

@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from safefilter.arrays import BoolArray, FloatArray, array_code
+from safefilter.closest_approach import CONTACT_TOLERANCE, Pairs, closest_approach
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
-from safefilter.testing.closest_approach import CONTACT_TOLERANCE, Pairs, closest_approach
 from safefilter.testing.invariants import orca_rows
 
 DIRECTIONS = 64

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from safefilter.arguments import require_kind
 from safefilter.arrays import BoolArray, FloatArray, IntArray, number_array
+from safefilter.comparison.recording import Recorder
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.kinematics.box import Box
@@ -65,6 +66,7 @@ class ActionFilter:
         *,
         allow_stop: bool = False,
         env: object = None,
+        recorder: Recorder | None = None,
     ) -> None:
         """Check that filter, space and robots go together.
 
@@ -75,6 +77,7 @@ class ActionFilter:
             allow_stop: See `SafeAction`.
             env: Unwrapped environment. If it has a method ``note_decisions(decision, robots)``, that is told of the
                 decisions of each step before it is made, for environments that show, record or reward them.
+            recorder: Writes what a solver is asked for; None for nobody.
 
         Raises:
             InvalidInput: If the space is no Box of float32 or float64, or a setting has no use.
@@ -93,6 +96,7 @@ class ActionFilter:
         self._robots = robots_of_rows(space.shape, index)
         self._limits = limits_of(safety_filter, space, self._robots, allow_stop=allow_stop)
         self._note = getattr(env, "note_decisions", None) if self.has_robots else None
+        self._recorder = recorder
 
     def in_space(self, action: npt.ArrayLike, num_lanes: int | None = None) -> Action:
         """Copy actions in the dtype of the space, as shape (L, R, d).
@@ -150,7 +154,10 @@ class ActionFilter:
         lane, row = np.nonzero(asked)
         executed = self._limits.wish(action).copy()
         safety_filter = self._limits.filter_for(lanes.scene, robots.ravel())
-        decision = safety_filter.decide(lanes.scene, executed[lane, row], robots[lane, row])
+        wanted = executed[lane, row]
+        decision = safety_filter.decide(lanes.scene, wanted, robots[lane, row])
+        if self._recorder is not None:
+            self._recorder.note(safety_filter, lanes.scene, wanted, decision)
         executed[~asked] = action[~asked]
         executed[lane, row] = decision.action
         if self._note is not None:

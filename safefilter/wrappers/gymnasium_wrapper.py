@@ -6,6 +6,7 @@ Letters: N rows of the action space, one a robot. m/s.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from typing import Any, SupportsFloat, TypeAlias, TypeVar
 
@@ -15,6 +16,7 @@ import numpy.typing as npt
 
 from safefilter.arguments import real_number
 from safefilter.arrays import frozen
+from safefilter.comparison.recording import Recorder
 from safefilter.errors import OutOfRange
 from safefilter.safety_filter import SafetyFilter
 from safefilter.wrappers.action_filter import ActionFilter
@@ -79,6 +81,7 @@ class SafeAction(
         index: int | Sequence[int] | None = 0,
         penalty: float = 0.0,
         allow_stop: bool = False,
+        record: str | os.PathLike[str] | None = None,
     ) -> None:
         """Put the filter around an environment.
 
@@ -97,11 +100,14 @@ class SafeAction(
                 environment executes smaller speeds just as they are. The filter must be able to stop a robot; what
                 executes is then no element of the space, which an environment may refuse, or clip to 0.01 m/s: only
                 you know.
+            record: File to write the problems to that a solver was needed for, while the environment runs: which solver
+                is best at them says ``safefilter compare --problems FILE``. It must not exist; None writes none.
 
         Raises:
             WrapperOrderError: If a wrapper inside would change what was certified.
             SceneUnavailable: If there is neither ``scene`` nor ``env.unwrapped.scene()``.
-            InvalidInput: If the action space is not a Box of float32 or float64, or ``allow_stop`` has no use.
+            InvalidInput: If the action space is not a Box of float32 or float64, ``allow_stop`` has no use, or the file
+                to record to exists or cannot be made.
             ShapeError: If its shape does not fit ``index``.
             OutOfRange: If it does not hold all actions that the filter may execute, or if ``penalty`` or ``index``
                 cannot be used.
@@ -114,12 +120,19 @@ class SafeAction(
             index=index,
             penalty=penalty,
             allow_stop=allow_stop,
+            record=record,
         )
         gymnasium.Wrapper.__init__(self, env)
         require_innermost(env)
         self._penalty = require_penalty(penalty)
+        self._recorder = None if record is None else Recorder(record)
         self._filter = ActionFilter(
-            safety_filter, env.action_space, index, allow_stop=allow_stop, env=env.unwrapped
+            safety_filter,
+            env.action_space,
+            index,
+            allow_stop=allow_stop,
+            env=env.unwrapped,
+            recorder=self._recorder,
         )
         self._scene = SceneSource(env.unwrapped, scene, has_robots=self._filter.has_robots)
         self._latest: tuple[ObsT, dict[str, Any]] | None = None
@@ -130,6 +143,8 @@ class SafeAction(
     ) -> tuple[ObsT, dict[str, Any]]:
         """Start an episode, as the environment does."""
         self._totals = EpisodeTotals()
+        if self._recorder is not None:
+            self._recorder.start_episode()
         self._latest = self.env.reset(seed=seed, options=options)
         return self._latest
 

@@ -1,6 +1,7 @@
 import numpy as np
+import pytest
 
-from benchmarks.simulator import Case, drive, make_filter
+from benchmarks.simulator import Case, Pairs, drive, make_filter
 from envs import Circle, Crossroad
 
 
@@ -15,6 +16,19 @@ def test_what_is_timed_moves_robots_and_keeps_them_apart_with_the_filter() -> No
     assert (away > 0.5).all()
     assert not filtered.world.collided.any()
     assert bare.world.collided.any()
+
+
+@pytest.mark.parametrize("num_robots", [2, 8, 50])
+def test_robots_of_pairs_meet_one_other_and_nobody_else(num_robots: int) -> None:
+    scenario = Pairs(num_robots)
+    case = Case(scenario, 1)
+    assert case.num_in_reach == 1.0
+    navigation = case.started()
+    assert np.abs(navigation.world.position).max() <= scenario.half_extent
+    drive(navigation, None, 45)
+    assert case.num_in_reach == 1.0
+    assert not navigation.world.collided.any()
+    assert np.linalg.norm(navigation.world.position - navigation.world.start, axis=-1).min() > 1.5
 
 
 def test_worlds_that_are_over_start_anew() -> None:

@@ -4,6 +4,7 @@ import shapely
 
 from envs import Corridor, Fleet, Navigation, Rules
 from envs.lidar import cast_beams
+from envs.lidar_kernel import FEW_BEAMS
 from envs.observation_layout import ObservationLayout
 from envs.sensing import Sensing
 from envs.world import World
@@ -89,6 +90,52 @@ def test_ranges_equal_the_intersections_that_shapely_finds(num_walls: int, num_r
             if expected > 3.5:
                 expected = np.inf
             assert ranges[0, i, k] == pytest.approx(expected, abs=1e-9), (i, k)
+
+
+def test_few_beams_see_what_the_same_ones_of_many_see() -> None:
+    # Of few beams all are looked at, of many only those near a wall's ends.
+    rng = np.random.default_rng(4)
+    start = rng.uniform(-4.0, 4.0, (60, 2))
+    world = World.empty(1, Fleet.of(30, radius=0.1))
+    world.present[...] = True
+    world.walls.replace({0: np.stack([start, start + rng.uniform(-1.0, 1.0, (60, 2))], axis=1)})
+    world.position[0], world.heading[0] = rng.uniform(-4.0, 4.0, (30, 2)), rng.uniform(-3, 3, 30)
+    few = cast_beams(world, FEW_BEAMS, 3.5)
+    many = cast_beams(world, 10 * FEW_BEAMS, 3.5)
+    assert np.isfinite(few).sum() > 500
+    np.testing.assert_allclose(few, many[..., ::10], rtol=1e-9)
+
+
+@pytest.mark.parametrize("num_beams", [FEW_BEAMS, 360])
+def test_a_wall_seen_from_its_edge_returns_no_more_than_its_ends(num_beams: int) -> None:
+    # All but on the line of a wall, a rounding decides where on it a beam arrives: such walls are not met at all.
+    world = World.empty(1, Fleet.of(1, radius=0.1))
+    world.present[...] = True
+    for offset in (0.0, 1e-17, -1e-16, 1e-12, -1e-10, 1e-8):
+        world.walls.replace({0: np.array([[[1.0, offset], [2.0, 0.0]]])})
+        for heading in (0.0, 1e-17, 1e-16, -1e-16, 0.3):
+            world.heading[...] = heading
+            ranges = cast_beams(world, num_beams, 3.5)
+            met = ranges[np.isfinite(ranges)]
+            assert ((met > 0.999) & (met < 2.001)).all()
+            assert (len(met) > 0) == (offset == 1e-8 and heading != 0.3)
+
+
+@pytest.mark.parametrize("num_beams", [1, 2, 3, 5, 64, 65, 90, 720])
+def test_every_wall_is_painted_on_the_beams_between_its_ends(num_beams: int) -> None:
+    rng = np.random.default_rng(num_beams)
+    angle = 2.0 * np.pi * np.arange(num_beams) / num_beams
+    for _ in range(30):
+        low, width = rng.uniform(-np.pi, np.pi), rng.uniform(0.0, 3.0)
+        ends = 2.0 * np.array([
+            [np.cos(low), np.sin(low)],
+            [np.cos(low + width), np.sin(low + width)],
+        ])
+        world = World.empty(1, Fleet.of(1, radius=0.1))
+        world.present[...] = True
+        world.walls.replace({0: ends[np.newaxis]})
+        found = np.isfinite(cast_beams(world, num_beams, 3.5)[0, 0])
+        np.testing.assert_array_equal(found, (angle - low) % (2.0 * np.pi) <= width)
 
 
 def nearest_by_shapely(

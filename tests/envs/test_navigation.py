@@ -363,3 +363,20 @@ def test_people_do_not_tell_what_they_want() -> None:
     wanted = navigation.scenes(np.full((1, 3, 2), 0.05)).wanted
     assert wanted is not None
     np.testing.assert_allclose(wanted, [[0.05, 0.05], [-0.1, 0.0], [0.05, 0.05]])
+
+
+def test_a_world_that_is_retired_is_empty_until_its_reset() -> None:
+    navigation = started(HeadOn(), num_worlds=2)
+    navigation.retire([True, False])
+    assert navigation.world.present.tolist() == [[False] * 3, [True] * 3]
+    outcome = drive_straight(navigation, 3)
+    assert outcome.over.tolist() == [True, False]
+    assert np.isinf(outcome.clearance[0]).all()
+    navigation.reset(worlds=[True, False])
+    assert navigation.world.present.all()
+
+
+def test_episodes_have_the_same_starts_in_whichever_world_they_are() -> None:
+    one, other = started(Crossroad(), num_worlds=3), started(Crossroad(), num_worlds=1)
+    other.reset(0, first_episode=2)
+    np.testing.assert_array_equal(one.world.position[2], other.world.position[0])

@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 
-from envs import Circle, Crossroad, Fleet, Navigation, Rules
+from envs import Circle, Crossroad, Fleet, Navigation, Rules, UShape
 from envs.lidar import cast_beams
 from envs.observation import Observer
 from envs.observation_layout import ObservationLayout, Observations
 from envs.sensing import Sensing
+from envs.trail import HALF, SCALE
 from envs.world import World
 from safefilter.arrays import FloatArray
 
@@ -159,6 +160,22 @@ def test_memory_holds_own_places_in_present_axes() -> None:
     extra = away - least
     np.testing.assert_allclose(memory[..., 11], extra / (extra + 1.0), atol=1e-5)
     np.testing.assert_allclose(memory[..., 12], 3.0 / 13.0, atol=1e-6)
+
+
+def test_the_trail_is_where_the_robot_has_come_from() -> None:
+    layout = ObservationLayout(0, 0, has_trail=True)
+    fleet = Fleet.of(1, kinematics="differential")
+    navigation = Navigation(UShape(num_robots=1), fleet, layout=layout)
+    navigation.reset(0)
+    start = navigation.world.position[0, 0].copy()
+    for _ in range(15):
+        navigation.step(np.full((1, 1, 2), [0.2, 0.0]))
+    # 3 s, so two places: the start 0.6 m behind, and one 0.2 m behind.
+    behind = np.hypot(*(navigation.world.position[0, 0] - start))
+    weights = [(1.0 + (distance / SCALE) ** 2) ** -2 for distance in (behind, behind - 0.4)]
+    expected = np.zeros(8)
+    expected[4] = sum(weights) / (sum(weights) + HALF)
+    np.testing.assert_allclose(navigation.observe()[0, 0, -8:], expected, atol=1e-6)
 
 
 def test_reset_forgets() -> None:

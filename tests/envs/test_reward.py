@@ -102,8 +102,7 @@ def test_no_loop_at_full_speed_is_worth_as_much_as_arriving() -> None:
     to, back = np.meshgrid(np.radians(np.arange(90.0)), np.radians(np.arange(91.0, 181.0)))
     rates = []
     for angle in (to, back):
-        course = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        pay = direction(course, np.broadcast_to(AHEAD, course.shape), np.ones(angle.shape), 1.0)
+        pay = np.vectorize(direction)(np.cos(angle), np.sin(angle), *AHEAD, 1.0, 1.0)
         rates.append((pay, 1.0 / np.abs(np.cos(angle))))  # reward a step, steps a metre of distance
     (pay_to, steps_to), (pay_back, steps_back) = rates
     loop = (pay_to * steps_to + pay_back * steps_back) / (steps_to + steps_back)

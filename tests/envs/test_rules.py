@@ -13,6 +13,8 @@ def test_time_limit_is_a_whole_number_of_steps() -> None:
 def test_a_step_of_no_duration_is_refused() -> None:
     with pytest.raises(OutOfRange, match="dt: expected a number above 0"):
         Rules(dt=0.0)
+    with pytest.raises(OutOfRange, match="wall_range: expected a number above 0"):
+        Rules(wall_range=0.0)
 
 
 def test_an_unknown_rule_is_refused() -> None:

@@ -5,7 +5,19 @@ import pytest
 
 from envs.arcs import Segment, segment_distance
 from envs.fleet import RADIUS
-from envs.scenarios import Circle, Corridor, Crossroad, Doorway, Placement, Scenario, UShape
+from envs.rules import Rules
+from envs.scenarios import (
+    Circle,
+    Corridor,
+    Crossroad,
+    Doorway,
+    Placement,
+    Scenario,
+    Town,
+    UShape,
+    load_scenario,
+    recommended_rules,
+)
 from envs.scenarios.scenario import chain
 from safefilter.errors import OutOfRange
 
@@ -77,3 +89,9 @@ def test_starts_and_goals_are_clear_of_walls_which_are_in_the_window(
 def test_chain_joins_points_one_after_the_other() -> None:
     walls = chain((0.0, 0.0), (1.0, 0.0), (1.0, 2.0))
     assert walls.tolist() == [[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [1.0, 2.0]]]
+
+
+def test_rules_are_those_that_a_scenario_recommends_or_else_the_usual_ones() -> None:
+    assert recommended_rules(Town(8)).time_limit > Rules().time_limit
+    assert recommended_rules(load_scenario("rvo2_circle")).time_limit == 400.0
+    assert recommended_rules(Circle(4)) == Rules()

@@ -4,7 +4,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from envs.arcs import Segment, point_distance_squared
-from envs.walls import CELL_SIZE, FEW_WALLS, MAX_CELLS_ALONG, WallMap, first_and_last_cell
+from envs.walls import (
+    CELL_SIZE,
+    FEW_WALLS,
+    KEPT_MAPS,
+    MAX_CELLS_ALONG,
+    WallMap,
+    cells_within,
+    entries_of_row,
+    most_entries,
+)
 from safefilter.arrays import FloatArray
 from safefilter.errors import NotFinite, ShapeError
 
@@ -20,19 +29,12 @@ def random_walls(seed: int, num_walls: int, spread: float = 6.0) -> FloatArray:
 def found_near(walls: WallMap, world: int, place: FloatArray, reach: float) -> set[int]:
     """Walls listed in the cells within reach of a place."""
     arrays = walls.arrays
-    columns, rows = arrays.cells_along[world].tolist()
-    size = arrays.cell_size[world]
-    left, right = first_and_last_cell(
-        place[0] - reach, place[0] + reach, arrays.corner[world, 0], size, columns
-    )
-    bottom, top = first_and_last_cell(
-        place[1] - reach, place[1] + reach, arrays.corner[world, 1], size, rows
-    )
+    m = int(arrays.map_of[world])
+    left, right, bottom, top = cells_within(arrays, m, place[0], place[1], reach)
     found: set[int] = set()
     for row in range(bottom, top + 1):
-        start = arrays.cell_start[world, row * columns + left]
-        stop = arrays.cell_start[world, row * columns + right + 1]
-        found |= set(arrays.entry[world, start:stop].tolist())
+        first, end = entries_of_row(arrays, m, row, left, right)
+        found |= set((arrays.entry[first:end] - arrays.first_wall[m]).tolist())
     return found
 
 
@@ -62,8 +64,9 @@ def test_what_is_found_does_not_grow_with_what_is_far_away() -> None:
 
 
 def test_maps_of_kilometres_have_larger_cells() -> None:
-    arrays = WallMap.everywhere(random_walls(0, 100, 1000.0), 1).arrays
-    assert arrays.cell_size[0] > CELL_SIZE
+    walls = WallMap.everywhere(random_walls(0, 100, 1000.0), 1)
+    arrays, m = walls.arrays, walls.arrays.map_of[0]
+    assert arrays.cell_size[m] > CELL_SIZE
     assert (arrays.cells_along <= MAX_CELLS_ALONG + 1).all()
 
 
@@ -78,6 +81,35 @@ def test_each_world_has_its_own_walls_and_number_of_them() -> None:
     walls.replace({0: second})
     np.testing.assert_array_equal(walls.of(0), second)
     assert found_near(walls, 0, np.zeros(2), 50.0) == {0, 1, 2}
+
+
+def test_worlds_with_the_same_walls_share_a_map() -> None:
+    first, second = random_walls(0, 40), random_walls(1, 30)
+    walls = WallMap.everywhere(first, 3)
+    size = len(walls.arrays.segment)
+    walls.replace({1: second})
+    walls.replace({1: first.copy(), 2: second.copy()})
+    assert walls.arrays.map_of[0] == walls.arrays.map_of[1] != walls.arrays.map_of[2]
+    assert len(walls.arrays.segment) == size + len(second)
+
+
+def test_maps_that_no_world_has_are_forgotten_in_the_end() -> None:
+    walls = WallMap(2)
+    kept = random_walls(0, 30)
+    walls.replace({0: kept})
+    for seed in range(1, 2 * KEPT_MAPS):
+        walls.replace({1: random_walls(seed, 2)})
+        assert len(walls.arrays.num_walls) <= KEPT_MAPS + 1
+    np.testing.assert_array_equal(walls.of(0), kept)
+    np.testing.assert_array_equal(walls.of(1), random_walls(2 * KEPT_MAPS - 1, 2))
+    assert found_near(walls, 0, np.zeros(2), 50.0) == set(range(30))
+
+
+def test_entries_of_the_fullest_map_are_counted() -> None:
+    walls = WallMap(3)
+    walls.replace({0: random_walls(0, 3), 1: random_walls(1, 200), 2: random_walls(2, 40)})
+    alone = WallMap.everywhere(random_walls(1, 200), 1)
+    assert most_entries(walls.arrays) == most_entries(alone.arrays) == len(alone.arrays.entry) > 200
 
 
 def test_who_holds_the_arrays_keeps_their_moment() -> None:

@@ -30,3 +30,10 @@ def test_preferred_velocity_points_to_the_goal_at_full_speed() -> None:
 
 def test_no_direction_means_no_speed() -> None:
     np.testing.assert_array_equal(full_speed(np.zeros((2, 2)), np.ones(2)), np.zeros((2, 2)))
+
+
+def test_arrays_of_many_worlds_are_laid_out_as_those_of_one() -> None:
+    # Otherwise numba compiles every kernel twice.
+    for num_worlds in (1, 3):
+        state = World.empty(num_worlds, Fleet.of(4)).state
+        assert {name for name, array in state.items() if not array.flags.c_contiguous} == set()

@@ -1,6 +1,6 @@
 """The promise that everything stands on: filtered robots never collide, whatever drives them and whoever solves.
 
-The judge is `safefilter.testing.closest_approach`, which shares no formula with the filter. The counts that these tests
+The judge is `safefilter.closest_approach`, which shares no formula with the filter. The counts that these tests
 assert are printed by ``python -m safefilter.testing.stress``.
 """
 

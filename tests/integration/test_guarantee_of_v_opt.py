@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 import safefilter as sf
 from safefilter.arrays import BoolArray, FloatArray
+from safefilter.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
 from safefilter.constraints.priority_orca import Leg, SlackRule, VOpt
-from safefilter.testing.closest_approach import CONTACT_TOLERANCE, closest_approach, pairs_within
 from safefilter.testing.strategies import angles, priorities, radii, velocities
 
 TAU = 2.0

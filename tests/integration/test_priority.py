@@ -7,9 +7,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import safefilter as sf
+from safefilter.closest_approach import closest_approach, pairs_within
 from safefilter.constraints.priority_orca import Leg, SlackRule, VOpt
 from safefilter.constraints.responsibility import responsibility, room
-from safefilter.testing.closest_approach import closest_approach, pairs_within
 from safefilter.testing.invariants import WrongAllocation, assert_priority_allocation
 from safefilter.testing.strategies import head_on, priorities, radii, scenes, symmetric, velocities
 

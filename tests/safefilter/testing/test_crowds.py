@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safefilter.testing.closest_approach import closest_approach, pairs_within
+from safefilter.closest_approach import closest_approach, pairs_within
 from safefilter.testing.crowds import (
     MAX_ROBOTS,
     MIN_ROBOTS,

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import safefilter as sf
 from safefilter.arrays import FloatArray
-from safefilter.testing.closest_approach import pairs_within
+from safefilter.closest_approach import pairs_within
 from safefilter.testing.passive_robots import passive_velocity
 from safefilter.testing.strategies import actions, scenes
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from safefilter.arrays import FloatArray
-from safefilter.testing.closest_approach import CONTACT_TOLERANCE, Pairs, closest_approach
+from safefilter.closest_approach import CONTACT_TOLERANCE, Pairs, closest_approach
 from safefilter.testing.paths import Paths, nearest_on_paths, robots_on_paths, walls_on_paths
 
 PAIR = Pairs(np.array([0]), np.array([1]))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import safefilter as sf
 from safefilter.arrays import FloatArray
-from safefilter.testing.closest_approach import closest_approach, pairs_within
+from safefilter.closest_approach import closest_approach, pairs_within
 from safefilter.testing.rollout import Trial
 from safefilter.testing.strategies import (
     GAPS,

@@ -7,7 +7,7 @@ from hypothesis import find, given
 
 import safefilter as sf
 from safefilter.arrays import FloatArray
-from safefilter.testing.closest_approach import Pairs
+from safefilter.closest_approach import Pairs
 from safefilter.testing.paths import Paths, walls_on_paths
 from safefilter.testing.strategies import crowded
 from safefilter.testing.wall_strategies import walls

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from safefilter.arrays import FloatArray
-from safefilter.testing.closest_approach import Approach, Pairs, closest_approach, pairs_within
+from safefilter.closest_approach import Approach, Pairs, closest_approach, pairs_within
 
 ONE_PAIR = Pairs(np.array([0]), np.array([1]))
 coordinates = st.integers(-8, 8).map(lambda k: k / 4) | st.floats(-2.0, 2.0)

@@ -1,0 +1,135 @@
+"""Traps of towns: U shapes that robots have to get round, and out of.
+
+Shallow ones stand in the middle of a cell, *deep* ones take up two cells in a row, and those in an open *square* of
+four cells are as wide as they come.
+
+SI units; cells are numbered as in `town_cells`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from envs.scenarios.shapes import u_shape
+from envs.scenarios.town_cells import EAST, NORTH, SOUTH, WEST, cell_beside, cell_centres
+from safefilter.arrays import FloatArray, IntArray
+
+WIDTH = 0.36
+"""Width inside of a trap in a street, in m. On each side 0.29 m are left to walls, for robots of 0.21 m."""
+WIDE = (0.36, 0.8)
+"""Widths inside of traps in squares, in m; on each side 0.7 m or more are left."""
+THICKNESS = 0.1
+"""Of the walls of traps, in m: more than a lidar of 360 beams needs at 3.5 m (`Lidar.least_thickness`: 0.086 m)."""
+SHALLOW = (0.25, 0.4)
+"""Depths of traps, in m: from the least to the greatest."""
+DEEP = (0.8, 1.2)
+"""Depths of deep traps, in m."""
+SHARE = 0.2
+"""Part of the cells that hold traps, at most, besides the one in a square."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trap:
+    """One trap.
+
+    Attributes:
+        cells: Cells that it takes up.
+        outline: Segments, shape (S, 2, 2), in m.
+        width: Inside, in m.
+        depth: Inside, in m.
+        front: Open cell that its mouth faces; None if there is none.
+        behind: Open cell behind its back, straight on or (of a square) across; None if there is none.
+    """
+
+    cells: tuple[int, ...]
+    outline: FloatArray
+    width: float
+    depth: float
+    front: int | None
+    behind: int | None
+
+
+class TrapDrawer:
+    """Draws traps of one town."""
+
+    def __init__(self, rng: np.random.Generator, size: int, open_sides: IntArray) -> None:
+        """Take the streets.
+
+        Args:
+            rng: Source of chance.
+            size: Cells along each side.
+            open_sides: Pairs of cells without a wall between them, shape (K, 2).
+        """
+        self._rng = rng
+        self._size = size
+        self._sides = open_sides
+        self._open = {(int(first), int(second)) for first, second in open_sides}
+
+    def in_square(self, square: list[int], *, may_be_deep: bool) -> Trap:
+        """A trap in the middle of a square.
+
+        Args:
+            square: South-west, south-east, north-west and north-east cell.
+            may_be_deep: May it be as deep as a deep one?
+        """
+        opens = int(self._rng.integers(4))
+        # From one row, or column, past the middle into the other.
+        edges = {EAST: (1, 3), NORTH: (2, 3), WEST: (0, 2), SOUTH: (0, 1)}
+        row = int(self._rng.integers(2))
+        first = square[edges[opens][row]]
+        last = square[edges[(opens + 2) % 4][1 - row]]
+        depths = (SHALLOW[0], DEEP[1] if may_be_deep else SHALLOW[1])
+        return self._trap(tuple(square), (first, last), opens, depths, self._rng.uniform(*WIDE))
+
+    def deep(self, taken: list[int]) -> Trap | None:
+        """A deep trap in two cells that are free; None if there are none.
+
+        Args:
+            taken: Cells that are not.
+        """
+        free = self._sides[~np.isin(self._sides, taken).any(axis=1)]
+        if not len(free):
+            return None
+        first, second = free[self._rng.integers(len(free))].tolist()
+        along = EAST if second == first + 1 else NORTH
+        if self._rng.integers(2):
+            return self._trap((first, second), (second, first), along, DEEP, WIDTH)
+        return self._trap((first, second), (first, second), (along + 2) % 4, DEEP, WIDTH)
+
+    def shallow(self, cell: int) -> Trap:
+        """A trap in the middle of a cell."""
+        return self._trap((cell,), (cell, cell), int(self._rng.integers(4)), SHALLOW, WIDTH)
+
+    def _trap(
+        self,
+        cells: tuple[int, ...],
+        ends: tuple[int, int],
+        opens: int,
+        depths: tuple[float, float],
+        width: float,
+    ) -> Trap:
+        """A trap in the middle of cells; ``ends`` are the first and the last on the way through it."""
+        depth = self._rng.uniform(*depths)
+        angle = 0.5 * math.pi * opens
+        centre = cell_centres(np.array(cells), self._size).mean(axis=0)
+        # The outline reaches from a thickness behind the back to the mouth; its middle goes to the centre.
+        back = (depth - THICKNESS) / 2.0
+        at = (centre[0] - back * math.cos(angle), centre[1] - back * math.sin(angle))
+        return Trap(
+            cells=cells,
+            outline=u_shape(at, opens=angle, width=width, depth=depth, thickness=THICKNESS),
+            width=width,
+            depth=depth,
+            front=self._open_beside(ends[0], opens),
+            behind=self._open_beside(ends[1], (opens + 2) % 4),
+        )
+
+    def _open_beside(self, cell: int, quarter: int) -> int | None:
+        other = cell_beside(cell, quarter, self._size)
+        if other is None:
+            return None
+        side = (min(cell, other), max(cell, other))
+        return other if side in self._open else None
