@@ -46,7 +46,7 @@ def write_weights(path: str | Path, weights: Weights) -> None:
     """Write the pair, each file as a whole or not at all.
 
     Args:
-        path: File of the tensors, ``NAME.safetensors``; the card becomes ``NAME.json``.
+        path: File of the tensors, ``NAME.safetensors``; the card becomes ``NAME.json``. Its folder is made.
         weights: What to write.
 
     Raises:
@@ -62,6 +62,7 @@ def write_weights(path: str | Path, weights: Weights) -> None:
             f"{path}: {len(content)} bytes with a card of {len(text.encode())}; "
             f"expected at most {MAX_BYTES} and {MAX_CARD_BYTES}: leave settings or figures out"
         )
+    path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, content)
     write_atomically(path.with_suffix(CARD_SUFFIX), text.encode())
 

@@ -9,6 +9,7 @@ import json
 from collections.abc import Mapping
 
 from envs.observation_layout import ObservationLayout
+from envs.rules import Rules
 from policies.card import Json
 from policies.checkpoint import described, layout_of
 from policies.checkpoint_errors import CheckpointError, CheckpointForeign
@@ -18,6 +19,13 @@ METADATA = "safefilter"
 """Name of the contract in the metadata of an exported file."""
 FORMAT = "safefilter policy"
 VERSION = 1
+CONVENTIONS = (
+    "SI units; the origin is the robot, x points along its heading, y to its left, angles are positive to the left",
+    f"the nearest robots within {Rules().sensing_range:g} m are neighbours, nearest first; places of nobody are zero",
+    f"beams are evenly spaced over the full circle, counterclockwise from the heading, up to {Rules().lidar_range:g} m",
+    f"a decision every {Rules().dt:g} s",
+)
+"""What the fields do not say."""
 INPUTS = ("observation", "v_max", "omega_max")
 OUTPUT = "command"
 
@@ -41,6 +49,7 @@ def contract(weights: Weights) -> dict[str, Json]:
             "command": "float32 (B, 2): speed from 0 to v_max in m/s, turn rate from -omega_max to omega_max in rad/s, "
             "left positive; not safe before a filter has let it pass"
         },
+        "conventions": list(CONVENTIONS),
         "weights": described(weights),
     }
 

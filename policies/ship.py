@@ -68,7 +68,6 @@ def ship(weights: Weights, path: Path, rows: Sequence[Mapping[str, Json]], comma
     card = weights.card
     if rows:
         card = replace(card, figures=rows, figures_command=command)
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_weights(path, replace(weights, card=card))
 
 
