@@ -138,8 +138,9 @@ def _faults(error: BaseException, way: Way = ()) -> Iterator[tuple[Way, str]]:
         for inner, place in of_fields:
             yield from _faults(inner, (*way, place.name))
         for inner in of_whole:
-            # A record that finds a value wrong begins with its name.
-            name, colon, reason = str(inner).partition(": ")
+            # A record that finds a value wrong begins with its name. (Names that are no texts have no message.)
+            said = "" if isinstance(inner, ForbiddenExtraKeysError) else str(inner)
+            name, colon, reason = said.partition(": ")
             is_named = bool(colon) and name in _names(error.cl)
             yield from ([((*way, name), reason)] if is_named else _faults(inner, way))
     elif isinstance(error, ForbiddenExtraKeysError):

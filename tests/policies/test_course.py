@@ -15,7 +15,7 @@ from policies.course import Course, CourseStep
 from policies.experience import SingleArray
 from policies.filtering import NUM_BEAMS, Filtering
 from policies.stopwatch import Stopwatch
-from policies.training_settings import CourseSettings, TrainingSettings
+from policies.training_settings import USUAL_REWARD, CourseSettings, TrainingSettings
 from safefilter.arrays import FloatArray
 
 OFF = Filtering("off")
@@ -160,7 +160,7 @@ def test_an_arrival_ends_the_episode_and_the_next_step_is_one_of_another() -> No
     assert world.position[0, 0].tolist() == [0.0, 0.0]
     step = course.step(raw(AHEAD, STAND))
     assert step.acted.all()
-    assert step.reward.forward[0, 0] == pytest.approx(RewardWeights().forward * 0.04)
+    assert step.reward.forward[0, 0] == pytest.approx(USUAL_REWARD.forward * 0.04)
 
 
 def test_a_robot_reborn_remembers_nothing_of_its_way_there() -> None:

@@ -149,7 +149,7 @@ layout: 7
         "mine.yaml:11: reward.progress: expected one of working, literal, got 'liter'",
         "mine.yaml:12: reward.area: corners: expected shape (K, 2), got ()",
         "mine.yaml:13: layout: expected a mapping with some of "
-        "num_neighbours, num_beams, has_memory, speed_scale, got 7",
+        "num_neighbours, num_beams, has_memory, has_trail, speed_scale, got 7",
     ]
 
 
