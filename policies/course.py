@@ -151,7 +151,7 @@ class Course:
     def restore(self, state: Any) -> None:  # as varied as what went in
         """Go on from a state that `state` returned, of a course with the same settings."""
         self.navigation.restore(state["navigation"])
-        self._last_step = state["last_step"]
+        self._last_step = state["last_step"].copy()
         self._rebuild_filter()
 
     def _make_safe(self, commands: FloatArray, acted: BoolArray) -> FloatArray | None:

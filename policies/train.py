@@ -58,7 +58,8 @@ def main(arguments: Sequence[str]) -> int:
         console.print(f"{folder}: stopped; the same command goes on from the last checkpoint")
         return INTERRUPTED
     _print_times(run.trainer, console)
-    console.print(f"Weights: {weights}")
+    # In one piece, to be copied from the terminal.
+    console.print(f"Weights: {weights}", soft_wrap=True)
     return 0
 
 
