@@ -19,7 +19,7 @@ def changed(name: str, other: str = "srl-orca") -> list[str]:
     [
         ("srl-orca", set()),
         ("no-norms", {"reward.norm", "reward.passing", "reward.overtaking"}),
-        ("no-cap", {"filtering.kind", "filtering.leg"}),
+        ("no-cap", {"filtering.kind", "filtering.leg", "filtering.right_bias"}),
         ("nearest-leg", {"filtering.leg"}),
         ("no-memory", {"layout.has_memory"}),
     ],
