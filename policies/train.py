@@ -51,11 +51,14 @@ def main(arguments: Sequence[str]) -> int:
     for reason in run.torn:
         console.print(f"[yellow]Not used:[/] {reason}")
     if run.curve:
-        console.print(f"{folder}: goes on from step {run.trainer.num_steps:,}", highlight=False)
+        steps = f"{run.trainer.num_steps:,}"
+        console.print(f"{folder}: goes on from step {steps}", highlight=False, soft_wrap=True)
     try:
         weights = _train(run, console)
     except KeyboardInterrupt:
-        console.print(f"{folder}: stopped; the same command goes on from the last checkpoint")
+        console.print(
+            f"{folder}: stopped; the same command goes on from the last checkpoint", soft_wrap=True
+        )
         return INTERRUPTED
     _print_times(run.trainer, console)
     # In one piece, to be copied from the terminal.
