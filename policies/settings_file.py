@@ -20,7 +20,7 @@ from envs.norm_area import NormArea
 from envs.reward import Reading
 from envs.scenarios.yaml_lines import YamlFile, way_text
 from policies.training_settings import TrainingSettings
-from safefilter.errors import InvalidInput, SafeFilterError
+from safefilter.errors import InvalidInput
 
 Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"
 Way: TypeAlias = tuple[int | str, ...]
@@ -138,10 +138,10 @@ def _faults(error: BaseException, way: Way = ()) -> Iterator[tuple[Way, str]]:
         for inner, place in of_fields:
             yield from _faults(inner, (*way, place.name))
         for inner in of_whole:
-            # A record that finds a value wrong begins with its name.
-            text = str(inner) if isinstance(inner, SafeFilterError) else ""
-            name, _, reason = text.partition(": ")
-            is_named = name in _names(error.cl)
+            # A record that finds a value wrong begins with its name. (Names that are no texts have no message.)
+            said = "" if isinstance(inner, ForbiddenExtraKeysError) else str(inner)
+            name, colon, reason = said.partition(": ")
+            is_named = bool(colon) and name in _names(error.cl)
             yield from ([((*way, name), reason)] if is_named else _faults(inner, way))
     elif isinstance(error, ForbiddenExtraKeysError):
         for name in sorted(map(str, error.extra_fields)):

@@ -49,19 +49,19 @@ def main(arguments: Sequence[str]) -> int:
     console = Console()
     run = TrainingRun(command.settings, folder, options, command.device)
     for reason in run.torn:
-        console.print(f"[yellow]Not used:[/] {reason}")
+        console.print(f"[yellow]Not used:[/] {reason}", soft_wrap=True)
     if run.curve:
-        steps = f"{run.trainer.num_steps:,}"
-        console.print(f"{folder}: goes on from step {steps}", highlight=False, soft_wrap=True)
+        console.print(
+            f"{folder}: goes on from step {run.trainer.num_steps:,}",
+            highlight=False,
+            soft_wrap=True,
+        )
     try:
         weights = _train(run, console)
     except KeyboardInterrupt:
-        console.print(
-            f"{folder}: stopped; the same command goes on from the last checkpoint", soft_wrap=True
-        )
+        console.print(f"{folder}: stopped; the same command goes on from the last checkpoint")
         return INTERRUPTED
     _print_times(run.trainer, console)
-    # In one piece, to be copied from the terminal.
     console.print(f"Weights: {weights}", soft_wrap=True)
     return 0
 

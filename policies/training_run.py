@@ -111,7 +111,9 @@ class TrainingRun:
         Returns:
             File of the weights.
         """
-        trainer = self.trainer
+        trainer, weights = self.trainer, self._folder / WEIGHTS
+        if trainer.is_done and weights.is_file():
+            return weights
         # TensorBoard hides what a run wrote after the checkpoint that it goes on from, or before it had one.
         with SummaryWriter(str(self._folder / EVENTS), purge_step=trainer.num_steps + 1) as writer:
             while not trainer.is_done:

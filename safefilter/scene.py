@@ -282,7 +282,7 @@ def _require_priority(priority: FloatArray) -> None:
 
 
 def _flags(value: npt.ArrayLike, num_robots: int) -> BoolArray:
-    flags = np.asarray(value)
+    flags = _as_array(value, "cooperative")
     if flags.dtype != np.bool_ or flags.shape not in {(), (num_robots,)}:
         raise ShapeError(
             f"cooperative: expected a bool or bools of shape ({num_robots},), "
@@ -292,13 +292,20 @@ def _flags(value: npt.ArrayLike, num_robots: int) -> BoolArray:
 
 
 def _world_numbers(value: npt.ArrayLike, num_robots: int) -> IntArray:
-    numbers = np.asarray(value)
+    numbers = _as_array(value, "world")
     if numbers.dtype.kind not in "iu" or numbers.shape not in {(), (num_robots,)}:
         raise ShapeError(
             f"world: expected an integer or integers of shape ({num_robots},), "
             f"got {numbers.dtype} of shape {numbers.shape}"
         )
     return np.full(num_robots, numbers, dtype=np.int64)
+
+
+def _as_array(value: npt.ArrayLike, field: str) -> npt.NDArray[np.generic]:
+    try:
+        return np.asarray(value)
+    except ValueError as error:
+        raise ShapeError(f"{field}: expected one value, or one a robot: {error}") from None
 
 
 def _reach(value: float | None, num_robots: int) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from safefilter.arguments import require_kind
+from safefilter.arrays import positive_number
 from safefilter.backends.backend import Solution
 from safefilter.backends.registry import make_backend
 from safefilter.polish import polish
@@ -25,11 +26,14 @@ def solve(
 
     Raises:
         InvalidInput: If ``program`` is no `ConvexProgram`.
+        NotFinite: If the tolerance is NaN or infinite.
+        OutOfRange: If the tolerance is not above zero.
         UnknownBackend: If there is no such backend.
         BackendNotInstalled: If its package is missing.
         UnsupportedProgram: If the program is outside the backend's capabilities.
         BackendFailed: If the solver raised.
     """
     require_kind(program, "program", ConvexProgram)
-    answer = make_backend(backend, tolerance=tolerance).solve(program)
-    return polish(program, answer, tolerance=tolerance)
+    accuracy = positive_number(tolerance, "tolerance")
+    answer = make_backend(backend, tolerance=accuracy).solve(program)
+    return polish(program, answer, tolerance=accuracy)

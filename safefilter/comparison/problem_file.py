@@ -81,12 +81,13 @@ def write_line(file: TextIO, line: Mapping[str, object]) -> None:
     file.write(json.dumps(line, separators=COMPACT, ensure_ascii=False, allow_nan=False) + "\n")
 
 
-def read_problems(path: Path) -> ProblemSet:
+def read_problems(path: str | Path) -> ProblemSet:
     """Read a set.
 
     Raises:
         InvalidInput: If the file cannot be read, is no such file, or holds something else; says in which line.
     """
+    path = Path(path)
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -39,7 +39,7 @@ def read(folder: Path, text: str) -> Specification:
          ":4: robots[0]: count: 3 robots, but a grid of 2 columns and 1 rows"),
         ("robots:\n  - start: {any_of: [{first: [0, 0], step: [1, 0], columns: 2}]}\n    goal: [1, 0]\n    count: 3\n",
          ":4: robots[0]: count: 3 robots, but a grid of 2 columns and 1 rows"),
-        (f"{GOOD_ROBOTS}a: &a\n  b: *a\n", ":6: a: Extra inputs are not permitted"),
+        (f"{GOOD_ROBOTS}a: &a\n  b: *a\n", ":7: not YAML: an alias (*name)"),
         (f"{GOOD_ROBOTS}walls:\n  - box: [[0, 0], [1, 1]]\n    path: [[0, 0], [1, 1]]\n",
          ":7: walls[0]: expected one of box, room, polygon, path, u_shape, crossing, corridor, got box, path"),
         (f"{GOOD_ROBOTS}walls:\n  - turns: 2\n", "got none"),

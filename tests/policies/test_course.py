@@ -15,7 +15,7 @@ from policies.course import Course, CourseStep
 from policies.experience import SingleArray
 from policies.filtering import NUM_BEAMS, Filtering
 from policies.stopwatch import Stopwatch
-from policies.training_settings import CourseSettings, TrainingSettings
+from policies.training_settings import USUAL_REWARD, CourseSettings, TrainingSettings
 from safefilter.arrays import FloatArray
 
 OFF = Filtering("off")
@@ -152,7 +152,7 @@ def test_an_arrival_ends_the_episode_and_the_next_step_is_one_of_another() -> No
     world = course.navigation.world
     step = drive_until(course, lambda step: step.ends.any(), AHEAD, STAND)
     assert step.ends.tolist() == step.arrived.tolist() == [[True, False]]
-    assert step.reward.goal[0].tolist() == [SMALL.reward.goal, 0.0]
+    assert step.reward.goal[0].tolist() == [RewardWeights().goal, 0.0]
     # 0.3 m less the 0.12 m of a goal, at 0.04 m a step: in the fifth.
     assert step.cycle_time[0, 0] == pytest.approx(5 * 0.2)
     assert np.isnan(step.cycle_time[0, 1])
@@ -160,7 +160,7 @@ def test_an_arrival_ends_the_episode_and_the_next_step_is_one_of_another() -> No
     assert world.position[0, 0].tolist() == [0.0, 0.0]
     step = course.step(raw(AHEAD, STAND))
     assert step.acted.all()
-    assert step.reward.forward[0, 0] == pytest.approx(SMALL.reward.forward * 0.04)
+    assert step.reward.forward[0, 0] == pytest.approx(USUAL_REWARD.forward * 0.04)
 
 
 def test_a_robot_reborn_remembers_nothing_of_its_way_there() -> None:

@@ -18,17 +18,18 @@ def changed(name: str, other: str = "srl-orca") -> list[str]:
     ("name", "names"),
     [
         ("srl-orca", set()),
-        ("no-norms", {"reward.norm", "reward.passing", "reward.overtaking"}),
-        ("no-cap", {"filtering.kind", "filtering.leg", "filtering.right_bias"}),
-        ("nearest-leg", {"filtering.leg"}),
-        ("no-memory", {"layout.has_memory"}),
+        ("short", {"num_steps"}),
+        ("no-norms", {"num_steps", "reward.passing", "reward.overtaking"}),
+        ("no-cap", {"num_steps", "filtering.kind", "filtering.leg"}),
+        ("nearest-leg", {"num_steps", "filtering.leg"}),
+        ("no-memory", {"num_steps", "layout.has_memory"}),
+        ("with-trail", {"num_steps", "layout.has_trail"}),
     ],
 )
 def test_ablations_leave_out_one_thing_of_ours(name: str, names: set[str]) -> None:
-    # They may be shorter; and weights that are zero with us as well make no difference.
-    left_out = set(changed(name)) - {"num_steps"}
-    assert left_out <= names
-    assert bool(left_out) == bool(names)
+    # Weights that are zero with us as well make no difference.
+    assert set(changed(name)) <= names
+    assert bool(changed(name)) == bool(names)
 
 
 def test_without_norms_no_norm_is_paid() -> None:

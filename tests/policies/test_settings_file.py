@@ -139,8 +139,7 @@ reward:
   area: 3
 layout: 7
 """
-    *told, last = faults(tmp_path, text)
-    assert told == [
+    assert faults(tmp_path, text) == [
         "mine.yaml:1: seed: expected a whole number, got 'abc'",
         "mine.yaml:2: hidden: expected a list, got '128'",
         "mine.yaml:4: ppo.epochs: expected a whole number, got 2.5",
@@ -149,9 +148,9 @@ layout: 7
         "mine.yaml:9: course.has_deep_traps: expected true or false, got 'no'",
         "mine.yaml:11: reward.progress: expected one of working, literal, got 'liter'",
         "mine.yaml:12: reward.area: corners: expected shape (K, 2), got ()",
+        "mine.yaml:13: layout: expected a mapping with some of "
+        "num_neighbours, num_beams, has_memory, has_trail, speed_scale, got 7",
     ]
-    assert last.startswith("mine.yaml:13: layout: expected a mapping with some of num_neighbours, ")
-    assert last.endswith(", got 7")
 
 
 def test_values_that_a_record_refuses_are_told_where_they_stand(tmp_path: Path) -> None:

@@ -48,11 +48,6 @@ def run_module(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> object:
     return left.value.code
 
 
-def learnt(folder: Path) -> dict[str, bytes]:
-    arrays = read_weights(folder / "weights.safetensors").arrays
-    return {name: array.tobytes() for name, array in arrays.items()}
-
-
 def test_it_trains_and_says_where_the_time_went_and_the_weights_are(
     arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -70,11 +65,11 @@ def test_the_same_command_leaves_a_training_that_is_done_as_it_is(
     arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     train.main(arguments)
-    before = learnt(tmp_path / "run")
+    before = (tmp_path / "run" / "weights.safetensors").read_bytes()
     capsys.readouterr()
     assert train.main(arguments) == 0
-    assert "goes on from step 1,0" in capsys.readouterr().out
-    assert learnt(tmp_path / "run") == before
+    assert "goes on from step 1,0" in " ".join(capsys.readouterr().out.split())
+    assert (tmp_path / "run" / "weights.safetensors").read_bytes() == before
 
 
 def test_begun_anew_it_comes_to_the_same_end_and_leaves_strangers_alone(

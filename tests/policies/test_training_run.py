@@ -90,15 +90,12 @@ def curve(folder: Path) -> list[dict[str, float]]:
     return points
 
 
-def learnt(folder: Path) -> dict[str, bytes]:
-    arrays = read_weights(folder / "weights.safetensors").arrays
-    return {name: array.tobytes() for name, array in arrays.items()}
-
-
 def assert_same_end(folder: Path, whole: Path) -> None:
     """Bit for bit: floats are written with all their digits."""
     assert curve(folder) == curve(whole)
-    assert learnt(folder) == learnt(whole)
+    one, other = (read_weights(each / "weights.safetensors") for each in (folder, whole))
+    assert sorted(one.arrays) == sorted(other.arrays)
+    assert all(one.arrays[name].tobytes() == other.arrays[name].tobytes() for name in one.arrays)
 
 
 def scalars(folder: Path) -> list[tuple[int, float]]:
@@ -159,9 +156,8 @@ TrainingRun(settings, Path(sys.argv[1]), options).run(lambda _: None)
 """
 
 
-@pytest.mark.stress
 def test_a_training_killed_at_any_moment_goes_on_to_the_same_end(tmp_path: Path) -> None:
-    settings = replace(TINY, num_steps=40 * ROLLOUT)
+    settings = replace(TINY, num_steps=60 * ROLLOUT)
     options = replace(OPTIONS, keep_every=ROLLOUT)
     killed, whole = tmp_path / "killed", tmp_path / "whole"
     arguments = [str(killed), json.dumps(plain_settings(settings)), str(ROLLOUT)]
@@ -179,10 +175,10 @@ def test_a_training_killed_at_any_moment_goes_on_to_the_same_end(tmp_path: Path)
 
 
 def test_a_training_that_is_done_is_left_as_it_is(whole: Path) -> None:
-    before = learnt(whole), curve(whole), scalars(whole)
+    before = (whole / "weights.safetensors").read_bytes(), curve(whole), scalars(whole)
     run = train(whole, stop_after(1))
     assert run.trainer.is_done
-    assert (learnt(whole), curve(whole), scalars(whole)) == before
+    assert ((whole / "weights.safetensors").read_bytes(), curve(whole), scalars(whole)) == before
 
 
 def test_a_torn_checkpoint_is_told_and_the_one_before_is_gone_on_with(

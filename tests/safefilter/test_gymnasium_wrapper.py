@@ -255,6 +255,7 @@ def test_environment_is_made_again_from_its_spec_with_the_same_filter() -> None:
         "scene": None,
         "index": 0,
         "penalty": 0.5,
+        "record": None,
         "allow_stop": False,
     }
 
