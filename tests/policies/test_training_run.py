@@ -156,8 +156,9 @@ TrainingRun(settings, Path(sys.argv[1]), options).run(lambda _: None)
 """
 
 
+@pytest.mark.stress
 def test_a_training_killed_at_any_moment_goes_on_to_the_same_end(tmp_path: Path) -> None:
-    settings = replace(TINY, num_steps=60 * ROLLOUT)
+    settings = replace(TINY, num_steps=40 * ROLLOUT)
     options = replace(OPTIONS, keep_every=ROLLOUT)
     killed, whole = tmp_path / "killed", tmp_path / "whole"
     arguments = [str(killed), json.dumps(plain_settings(settings)), str(ROLLOUT)]
