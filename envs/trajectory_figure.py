@@ -23,6 +23,8 @@ LABEL_EVERY = 8.0
 """The time is written beside the disc this often, in s."""
 FEW_ROBOTS = 12
 """Up to so many robots have their times written."""
+MANY_ROBOTS = 30
+"""More robots have stars and crosses of half the size."""
 LABEL_GAP = 0.12
 """Times nearer to each other than this, in m, could not be read: the later one is left out."""
 STANDING = 0.5
@@ -81,6 +83,7 @@ def _draw(ax: Axes, recording: Recording) -> None:
     setting = recording.setting
     ax.add_collection(LineCollection(list(setting.walls), colors="0.35", linewidths=2.0))
     number, written = 0, np.zeros((0, 2))
+    size = 11.0 if recording.num_robots <= MANY_ROBOTS else 5.0
     for robot in range(recording.num_robots):
         is_person = bool(setting.person[robot])
         colour = PERSON if is_person else COLOURS[number % len(COLOURS)]
@@ -92,18 +95,20 @@ def _draw(ax: Axes, recording: Recording) -> None:
             ax.plot(
                 *setting.goal[robot],
                 marker="*",
-                markersize=11,
+                markersize=size,
                 color=colour,
                 markeredgecolor="k",
+                markeredgewidth=size / 11.0,
                 zorder=4,
             )
     wrecks = recording.position[-1][recording.collided[-1]]
     ax.plot(
         *wrecks.T,
         "X",
-        markersize=11,
+        markersize=size,
         color="#d61e1e",
         markeredgecolor="w",
+        markeredgewidth=size / 11.0,
         zorder=5,
     )
     ax.set_aspect("equal")
