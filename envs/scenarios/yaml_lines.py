@@ -66,7 +66,8 @@ class YamlFile:
         """Parse a file.
 
         Raises:
-            ScenarioFileError: If the file cannot be read, is not YAML, is empty, or says a key twice.
+            ScenarioFileError: If the file cannot be read, is too large, is not YAML, is empty, says a key twice, or has
+                aliases or tags.
         """
         try:
             size = path.stat().st_size

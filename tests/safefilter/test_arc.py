@@ -35,6 +35,18 @@ def cap_terms(turn_rate: float, heading: float, e: float) -> float:
     )
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("turn_rate", [0.5, 2.0])
+def test_an_arc_that_turns_through_a_direction_advances_until_it_turns_away_slowly_or_fast(
+    turn_rate: float, side: float
+) -> None:
+    # From 1 rad on one side of e to 1.6 rad on the other: a radius, and its part behind.
+    largest = largest_advance(
+        math.cos(1.0), -side * math.sin(1.0), math.cos(1.6), -1.0, side * turn_rate
+    )
+    assert largest == pytest.approx((1.0 + math.sin(1.0)) / turn_rate)
+
+
 def test_straight_motion_goes_straight() -> None:
     x, y = chord_velocity(0.2, 0.0, math.pi / 2, DT)
     assert (x, y) == pytest.approx((0.0, 0.2), abs=1e-16)

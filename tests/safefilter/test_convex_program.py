@@ -129,3 +129,13 @@ def test_arrays_are_copies_that_cannot_be_altered() -> None:
             own[:] = 0.0
         with pytest.raises(dataclasses.FrozenInstanceError):
             setattr(made, field, array)
+
+
+def test_a_cost_with_any_curvature_is_no_linear_program() -> None:
+    for P, is_linear in (
+        (np.zeros((2, 2)), True),
+        (np.eye(2), False),
+        (np.diag([0.0, 1.0]), False),
+    ):
+        program = ConvexProgram(P=P, q=np.ones(2), G=np.eye(2), h=np.ones(2))
+        assert program.is_linear is is_linear
