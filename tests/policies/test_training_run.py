@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import torch
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from tensorboard.summary.writer import event_file_writer
 
 from envs.observation_layout import ObservationLayout
 from envs.scenarios import load_scenario
@@ -134,8 +135,10 @@ def test_a_training_stopped_goes_on_to_the_same_end(
 
 
 def test_tensorboard_shows_each_step_of_a_training_that_was_stopped_once(
-    whole: Path, tmp_path: Path
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # TensorBoard numbers the writers of a process, and sorts those of one second by name: 10 before 9.
+    monkeypatch.setattr(event_file_writer, "_global_uid", event_file_writer.AtomicCounter(100))
     for num_rollouts in (1, 5, 4):
         train(tmp_path, stop_after(num_rollouts))
     train(tmp_path)
