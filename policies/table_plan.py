@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -52,17 +53,26 @@ def planned_cells(template: Cell, training_seeds: Sequence[int]) -> list[Cell]:
         for scenario in (*PAPER_SCENARIOS, *FURTHER_SCENARIOS)
         for name, scenarios in PLAN.items()
         if scenario in scenarios
-        for cell in cells_of(
-            _shared_out(template, name, training_seeds), name, scenario, training_seeds
-        )
+        for cell in cells_of(template, name, scenario, training_seeds)
     ]
 
 
-def _shared_out(template: Cell, method: str, training_seeds: Sequence[int]) -> Cell:
-    """The template with the episodes that each training has: together as many, or a few more."""
-    if method in EACH_TRAINING or METHODS[method].training is None:
-        return template
-    return replace(template, episodes=math.ceil(template.episodes / len(training_seeds)))
+def shared_out(cells: Sequence[Cell]) -> list[Cell]:
+    """The same cells, with the episodes of a row shared out among its trainings: together as many, or a few more.
+
+    Args:
+        cells: Those whose weights are there, all with the episodes of a row.
+    """
+    trainings = Counter((cell.method.name, cell.scenario) for cell in cells)
+    return [
+        cell
+        if cell.method.name in EACH_TRAINING
+        else replace(
+            cell,
+            episodes=math.ceil(cell.episodes / trainings[cell.method.name, cell.scenario]),
+        )
+        for cell in cells
+    ]
 
 
 def cells_of(
@@ -82,19 +92,30 @@ def cells_of(
 
 
 def without_missing(cells: Sequence[Cell]) -> tuple[list[Cell], list[str]]:
-    """Cells whose weights are there, and for each training that is not, why.
+    """Cells whose weights are there, and for each training that is not, what trains it.
 
     Args:
         cells: Of a table.
     """
-    found: dict[tuple[str | None, int | None], str] = {}
+    is_there: dict[tuple[str | None, int | None], bool] = {}
     for cell in cells:
         training = cell.method.training, cell.training_seed
-        if training not in found:
+        if training not in is_there:
             try:
                 cell.read_weights()
-                found[training] = ""
-            except CheckpointMissing as error:
-                found[training] = str(error)
-    kept = [cell for cell in cells if not found[cell.method.training, cell.training_seed]]
-    return kept, [reason for reason in found.values() if reason]
+                is_there[training] = True
+            except CheckpointMissing:
+                is_there[training] = False
+    kept = [cell for cell in cells if is_there[cell.method.training, cell.training_seed]]
+    missing: dict[str | None, list[int | None]] = {}
+    for (name, seed), found in is_there.items():
+        if not found:
+            missing.setdefault(name, []).append(seed)
+    return kept, [_reason(name, seeds) for name, seeds in missing.items()]
+
+
+def _reason(name: str | None, seeds: Sequence[int | None]) -> str:
+    return (
+        f"{name}, training {', '.join(map(str, seeds))}: not trained; "
+        f"python -m policies.train {name} --settings.seed {seeds[0]}"
+    )

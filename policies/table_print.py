@@ -1,4 +1,4 @@
-"""The table on a terminal, at most 100 characters wide."""
+"""The table on a terminal, at most 80 characters wide."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from collections.abc import Iterator, Sequence
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from envs.intervals import Interval
+from envs.table_row import TableRow
+from policies.paper_table import PAPER_TABLE
 from policies.priority_table import HIGH, LOW, PriorityGain, gain_cells
-from policies.table_page import paper_text
-from policies.table_rows import Entry, Outcome, interval_text, number, percent
+from policies.table_rows import Entry, Outcome, number, percent
 
 COLUMNS = (
     "success\n(%)",
@@ -17,11 +19,9 @@ COLUMNS = (
     "social\n(%)",
     "hit\nrobots",
     "hit\nwalls",
-    "time\nout",
-    "rotate",
+    "stuck\n(%)",
     "time\n(s)",
-    "gap\n(mm)",
-    "paper",
+    "paper\n(%, s)",
 )
 
 
@@ -49,7 +49,7 @@ def scenario_table(scenario: str, entries: Sequence[Entry]) -> Table:
     """
     table = _empty(
         f"{scenario}: {' or '.join(map(str, sorted({entry.row.num_episodes for entry in entries})))} episodes",
-        "shares of robots in %; paper: success, social rules, time; gap: least free distance to robots",
+        "shares of robots; stuck: timed out or rotating; paper: success, time",
     )
     table.add_column("method", no_wrap=True)
     for header in COLUMNS:
@@ -59,15 +59,13 @@ def scenario_table(scenario: str, entries: Sequence[Entry]) -> Table:
         table.add_row(
             entry.label,
             percent(row.success_rate),
-            interval_text(row.success_interval),
+            _span(row.success_interval),
             percent(row.social_success_rate),
             percent(row.collision_robot_rate, 2),
             percent(row.collision_obstacle_rate, 2),
-            percent(row.timeout_rate),
-            percent(row.rotate_in_place_rate),
-            number(row.mean_time, ".2f"),
-            number(1e3 * row.min_clearance, ".2g"),
-            paper_text(row),
+            percent(row.timeout_rate + row.rotate_in_place_rate),
+            number(row.mean_time),
+            _paper(row),
         )
     return table
 
@@ -92,3 +90,12 @@ def _empty(title: str, caption: str) -> Table:
         pad_edge=False,
         collapse_padding=True,
     )
+
+
+def _span(interval: Interval) -> str:
+    return f"{100.0 * interval.low:.1f}-{100.0 * interval.high:.1f}"
+
+
+def _paper(row: TableRow) -> str:
+    paper = PAPER_TABLE.get((row.scenario, row.method))
+    return "" if paper is None else f"{number(paper.success)}, {number(paper.mean_time)}"

@@ -72,7 +72,7 @@ def test_the_whole_table_is_written_with_what_there_is(
     )
     assert main(settings, Console(width=100), "make table") == 0
     printed = capsys.readouterr().out
-    assert "Left out: no weights of drl-cf, seed 99" in printed.replace("\n", " ")
+    assert "Left out: drl-cf, training 99: not trained" in printed.replace("\n", " ")
     table = (tmp_path / "out" / "table.md").read_text()
     assert table in docs.read_text()
     assert table.count("| NH-ORCA |") == 10

@@ -2,7 +2,7 @@ from pathlib import Path
 
 from policies.methods import METHODS
 from policies.table_cell import Cell
-from policies.table_plan import PLAN, cells_of, planned_cells, without_missing
+from policies.table_plan import PLAN, cells_of, planned_cells, shared_out, without_missing
 from policies.table_scenarios import TABLE_SCENARIOS
 
 TEMPLATE = Cell(METHODS["nh-orca"], "", episodes=1000, seed=0)
@@ -18,12 +18,14 @@ def test_ours_is_driven_everywhere_with_every_training() -> None:
 
 
 def test_trainings_of_others_share_the_episodes_out() -> None:
-    cells = [cell for cell in planned_cells(TEMPLATE, (1, 2, 3)) if cell.scenario == "crossroad"]
-    episodes = {
-        name: [cell.episodes for cell in cells if cell.method.name == name]
-        for name in ("nh-orca", "drl-cf")
-    }
-    assert episodes == {"nh-orca": [1000], "drl-cf": [334] * 3}
+    trainings = {"nh-orca": (1,), "drl-cf": (1, 3, 4), "drl-cd": (2,), "srl-orca": (1, 2)}
+    cells = [
+        cell
+        for name, seeds in trainings.items()
+        for cell in cells_of(TEMPLATE, name, "crossroad", seeds)
+    ]
+    episodes = [cell.episodes for cell in shared_out(cells)]
+    assert episodes == [1000, *[334] * 3, 1000, 1000, 1000]
 
 
 def test_what_is_not_learnt_is_driven_once() -> None:
@@ -42,5 +44,7 @@ def test_a_training_that_is_missing_is_said_once(tmp_path: Path) -> None:
     ]
     kept, reasons = without_missing(cells)
     assert [cell.method.name for cell in kept] == ["nh-orca"] * 2
-    assert len(reasons) == 4
-    assert "python -m policies.train drl-cf --settings.seed 98" in reasons[0]
+    assert reasons == [
+        f"{name}, training 98, 99: not trained; python -m policies.train {name} --settings.seed 98"
+        for name in ("drl-cf", "srl-orca")
+    ]
