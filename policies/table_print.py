@@ -88,7 +88,7 @@ def _empty(title: str, caption: str) -> Table:
         box=SIMPLE_HEAD,
         show_edge=False,
         pad_edge=False,
-        collapse_padding=True,
+        padding=0,  # the box itself leaves a space between columns
     )
 
 
