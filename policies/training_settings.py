@@ -61,7 +61,7 @@ USUAL_REWARD = RewardWeights(
     overtaking=-2.0,
     intervention=-1.0,
 )
-"""What made robots fast and polite; with the paper's weights they arrive as surely, but later: see docs/learning.md."""
+"""Ours; those of the paper are `RewardWeights()`. Its norm area is not paid for: the penalties of sides stand for it."""
 USUAL_FILTERING = replace(OURS_WITH_MAP, right_bias=0.0)
 USUAL_COURSE = CourseSettings()
 USUAL_PPO = PPOSettings()
