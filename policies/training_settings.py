@@ -61,7 +61,7 @@ USUAL_REWARD = RewardWeights(
     overtaking=-2.0,
     intervention=-1.0,
 )
-"""Ours; those of the paper are `RewardWeights()`. Its norm area is not paid for: the penalties of sides stand for it."""
+"""Ours; those of the paper are `RewardWeights()`. The norm area is not paid for: penalties of sides stand for it."""
 USUAL_FILTERING = replace(OURS_WITH_MAP, right_bias=0.0)
 USUAL_COURSE = CourseSettings()
 USUAL_PPO = PPOSettings()
