@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -24,8 +25,9 @@ def worker(feasible: Problem) -> Iterator[WorkerProcess]:
 
 
 def test_tasks_are_answered_also_after_it_was_late_or_died(worker: WorkerProcess) -> None:
+    # It cannot answer while it is stopped, however fast it is.
+    worker._child.end.peek()[2][0].send_signal(signal.SIGSTOP)  # type: ignore[index]  # it is alive
     worker.send(Solve(0, 0))
-    # Nobody is that fast.
     assert worker.reply(0.0) is Fate.LATE
     worker.send(Solve(0, 0))
     assert isinstance(worker.reply(PATIENCE), Truth)
