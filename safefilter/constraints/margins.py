@@ -31,6 +31,8 @@ from safefilter.uncertainty import Uncertainty
 ROWS_EACH = 3
 # Cosine and sine of a third of a turn.
 THIRD_COSINE, THIRD_SINE = -0.5, 0.5 * math.sqrt(3.0)
+# Corners of that triangle are twice as far out as its sides; a little less, because its angles are rounded.
+NEARLY_HALF = 0.499
 
 
 class Margins(NamedTuple):
@@ -197,6 +199,6 @@ def add_fence(
     if cosine > 0.0:
         count = add_row(rows, count, e_x, e_y, cosine, sine, speed * cosine)
         return add_row(rows, count, e_x, e_y, cosine, -sine, speed * cosine)
-    count = add_row(rows, count, e_x, e_y, 1.0, 0.0, 0.5 * speed)
-    count = add_row(rows, count, e_x, e_y, THIRD_COSINE, THIRD_SINE, 0.5 * speed)
-    return add_row(rows, count, e_x, e_y, THIRD_COSINE, -THIRD_SINE, 0.5 * speed)
+    count = add_row(rows, count, e_x, e_y, 1.0, 0.0, NEARLY_HALF * speed)
+    count = add_row(rows, count, e_x, e_y, THIRD_COSINE, THIRD_SINE, NEARLY_HALF * speed)
+    return add_row(rows, count, e_x, e_y, THIRD_COSINE, -THIRD_SINE, NEARLY_HALF * speed)

@@ -20,7 +20,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from safefilter.arrays import FloatArray
+from safefilter.arrays import BoolArray, FloatArray
 from safefilter.closest_approach import Approach, Pairs, closest_approach, pairs_within
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene, X, Y
@@ -146,6 +146,11 @@ class _World:
     starts: list[float] = field(default_factory=list)
     legs: list[tuple[float, Paths, FloatArray]] = field(default_factory=list)
 
+    @property
+    def is_driving(self) -> BoolArray:
+        """Who moves where it heads, shape (N,)."""
+        return self.trial.scene.cooperative & (self.trial.omega_max > 0.0)
+
     def measured(self, robot: int, time: float) -> tuple[FloatArray, float]:
         """Where a robot was, and headed, at a time before now."""
         scene, place = self.trial.scene, bisect.bisect_right(self.starts, time) - 1
@@ -160,7 +165,7 @@ class _World:
     def velocity(self, robot: int) -> FloatArray:
         """What a robot executes now, shape (2,), in m/s."""
         command = self.executing[robot]
-        angle = float(self.heading[robot]) if self.trial.omega_max > 0.0 else command.angle
+        angle = float(self.heading[robot]) if self.is_driving[robot] else command.angle
         return command.speed * np.array([math.cos(angle), math.sin(angle)])
 
     def order(self, robot: int, command: _Command) -> None:
@@ -175,8 +180,7 @@ class _World:
         speed = np.array([command.speed for command in self.executing])
         turn = np.array([command.turn_rate for command in self.executing]) * duration
         angle = np.array([command.angle for command in self.executing])
-        is_drive = self.trial.omega_max > 0.0
-        direction = self.heading if is_drive else angle
+        direction = np.where(self.is_driving, self.heading, angle)
         chord = speed * duration * np.sinc(0.5 * turn / np.pi)
         mean = direction + 0.5 * turn
         moved = np.stack([chord * np.cos(mean), chord * np.sin(mean)], axis=1)
@@ -214,13 +218,16 @@ def roll_out_uncertain(
     world = _World(trial, scene.position.copy(), heading)
     world.executing = [_Command(0.0, 0.0, 0.0, 0.0)] * size
     world.waiting = [[] for _ in range(size)]
-    pairs = pairs_within(scene.world)
+    all_pairs = pairs_within(scene.world)
+    judged = scene.cooperative[all_pairs.first] | scene.cooperative[all_pairs.second]
+    pairs = Pairs(all_pairs.first[judged], all_pairs.second[judged])
+    robots = np.flatnonzero(scene.cooperative)
     walls = scene.walls[:, :4].reshape(-1, 2, 2)
-    wall_pairs = Pairs(np.repeat(np.arange(size), len(walls)), np.tile(np.arange(len(walls)), size))
+    wall_pairs = Pairs(np.repeat(robots, len(walls)), np.tile(np.arange(len(walls)), len(robots)))
     for number in range(trial.num_steps):
         due = number * trial.dt
-        _order_passive(world, pairs)
-        for robot in np.flatnonzero(scene.cooperative).tolist():
+        _order_passive(world, all_pairs)
+        for robot in robots.tolist():
             command = _decided(safety_filter, world, robot, rng)
             late = trial.actual.lateness * trial.errors.part(rng)
             world.order(robot, command._replace(start=due + late))
