@@ -258,11 +258,10 @@ def advance(robot: int) -> Proof:
     )
 
 
-def _witnesses(assumptions: Assumptions, robot: int) -> dict[str, Values]:
-    """A gap of 4.5 m, of which 1.5 m are certain, and robots fast enough to meet."""
+def standing_robot(robot: int) -> Values:
+    """A gap of 4.5 m, of which 1.5 m are certain, and robots fast enough to meet; this one stands."""
     mine, other = LIMITS[robot], LIMITS[1 - robot]
-    exact: Values = {ERROR: 0, OTHER_ERROR: 0}
-    usual: Values = {
+    return {
         E_X: 1,
         E_Y: 0,
         TRUE_X: 1,
@@ -289,6 +288,13 @@ def _witnesses(assumptions: Assumptions, robot: int) -> dict[str, Values]:
         MOST_S: Fraction(5, 13),
         STALE: 0,
     }
+
+
+def _witnesses(assumptions: Assumptions, robot: int) -> dict[str, Values]:
+    """How far that robot moves if an assumption is dropped."""
+    mine, other = LIMITS[robot], LIMITS[1 - robot]
+    usual = standing_robot(robot)
+    exact: Values = {ERROR: 0, OTHER_ERROR: 0}
     aside: Values = {TRUE_X: Fraction(4, 5), TRUE_Y: Fraction(3, 5), DISTANCE: 4}
     changes: dict[str, Values] = {
         "|e_seen| = 1": {E_X: 2, DISTANCE: 2.5, V_X: 1.6},
