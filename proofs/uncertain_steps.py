@@ -1,7 +1,7 @@
 """Two robots that know each other, the time and their own movements up to bounds only: still they never touch.
 
-`add_separation_rows` is run as it ships; what it asks `add_fence` for is recorded, and `executed` says what that is good
-for. Let x_i be where robot i is as its command begins, and D e the vector from there to x_j: where j is as its own
+`add_separation_rows` is run as it ships; what it asks `add_fence` for is recorded, and `executed` says what that is
+good for. Let x_i be where robot i is as its command begins, and D e the vector from there to x_j: where j is as its own
 command begins, or anywhere on the way there. Robot i has estimated D_seen e_seen, within its error. Then
 
 * i advances along e by at most its room in the true gap, or what j cannot cover (`advance`);
