@@ -11,7 +11,7 @@ from functools import cache
 
 import z3
 
-from proofs.prover import Assumptions, Proof, prove
+from proofs.prover import Assumptions, Proof, Values, prove
 from proofs.symbolic import Number, outcome, symbolic
 from proofs.terms import root_of
 from safefilter.constraints.margins import (
@@ -77,6 +77,16 @@ PAIR = outcome("pair_error", lambda: (_pair(*map(Number, (ERROR, OTHER_ERROR))),
 @cache
 def own() -> Proof:
     """Where a robot is when a command begins, and where it was measured, and said to be."""
+    usual: Values = {POSITION: 1, STALE: 1, LIMIT: 1, AGE: 1, A_X: 1, A_Y: 0, B_X: 1, B_Y: 0}
+    changes: dict[str, Values] = {
+        "the measurement is within its bound": {A_X: 5},
+        "position_error >= 0": {POSITION: -1},
+        "the robot keeps its speed limit": {B_X: 5},
+        "limit >= 0": {LIMIT: -1},
+        "age >= 0": {AGE: -1, STALE: -0.5},
+        "age <= stale_time": {AGE: 5, B_X: 5},
+        IS_SHIPPED: {OWN.values[0]: 0},
+    }
     return prove(
         "margins.own_error",
         "|measured - true then| <= position_error, |moved since| <= limit age, age <= stale_time  =>  "
@@ -99,6 +109,7 @@ def own() -> Proof:
             *(norm_at_most(x, y, POSITION) for x, y in ((A_X, A_Y),)),
             norm_at_most(B_X, B_Y, LIMIT * STALE),
         ],
+        witnesses={key: usual | changes.get(key, {}) for key in ("", *changes)},
     )
 
 

@@ -77,22 +77,6 @@ def apart_by(x: z3.ArithRef, y: z3.ArithRef) -> z3.BoolRef:
 
 
 @cache
-def room_is_part() -> Proof:
-    """A room is a part of the gap."""
-    own, other, room = z3.Reals("own other room")
-    return prove(
-        "uncertain_pair.room_is_part",
-        "room (own + other) = own  =>  0 <= room <= 1",
-        {
-            "own > 0": own > 0,
-            "other > 0": other > 0,
-            "room = own / (own + other)": room * (own + other) == own,
-        },
-        z3.And(room >= 0, room <= 1),
-    )
-
-
-@cache
 def in_step() -> Proof:
     """Two robots are apart at any instant of the one command and any instant of the other."""
     assumptions = {does(robot): z3.And(*_facts(robot)) for robot in (0, 1)}
@@ -130,7 +114,6 @@ def out_of_step() -> Proof:
     assumptions = {does(0): z3.And(*_facts(0)), "reach_j >= 0": reach(1) >= 0}
     moved = P_X - MOVES[0][0], P_Y - MOVES[0][1]
     ahead = {apart.N_X: E_X, apart.N_Y: E_Y, apart.V_X: moved[0], apart.V_Y: moved[1]}
-    room = zip(z3.Reals("own other room"), (*PRIORITIES, ROOMS[0]), strict=True)
     return prove(
         "uncertain_pair.out_of_step",
         "i decides on its own estimate and executes within bounds  =>  |p - d_i| >= r_i + r_j + margin",
@@ -138,7 +121,6 @@ def out_of_step() -> Proof:
         apart_by(*moved),
         using=[
             advance(0).at(_own(0)),
-            room_is_part().at(dict(room)),
             apart.projection().at(ahead | {apart.FLOOR: KEPT_APART}),
         ],
         opaque=_hidden(0),
@@ -169,4 +151,4 @@ def _moving(robot: int, way: float) -> Values:
     return {own[fences.V_X]: sign * way, MOVES[robot][0]: sign * way}
 
 
-LEMMAS = (room_is_part, in_step, out_of_step)
+LEMMAS = (in_step, out_of_step)

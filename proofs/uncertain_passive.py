@@ -1,8 +1,8 @@
 """Robots that do not cooperate, whose velocity is known up to a bound: what they are credited with covers what they do.
 
 Vectors are seen from the estimated direction: the observed velocity is (a, b), its length n; the true direction is
-(c, s), the true velocity off by (f, g). `credited_approach` and `passive_limit` are run as they ship; `separation_passive`
-says what a robot that is credited so may do.
+(c, s), the true velocity off by (f, g). `credited_approach` and `passive_limit` are run as they ship;
+`separation_passive` says what a robot that is credited so may do.
 """
 
 from __future__ import annotations
