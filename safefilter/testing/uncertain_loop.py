@@ -37,7 +37,11 @@ class Errors(Protocol):
     """Chooses errors within bounds."""
 
     def part(self, rng: np.random.Generator) -> float:
-        """A part of a bound on a time or an angle, in [0, 1]."""
+        """A part of a bound, in [0, 1]."""
+        ...
+
+    def age(self, rng: np.random.Generator) -> float:
+        """A part of the largest age of a measurement, in [0, 1]."""
         ...
 
     def offset(self, away: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -51,6 +55,10 @@ class AtRandom:
 
     def part(self, rng: np.random.Generator) -> float:
         """See `Errors.part`."""
+        return float(rng.uniform())
+
+    def age(self, rng: np.random.Generator) -> float:
+        """See `Errors.age`."""
         return float(rng.uniform())
 
     def offset(self, away: FloatArray, rng: np.random.Generator) -> FloatArray:  # noqa: ARG002
@@ -72,6 +80,10 @@ class Adversary:
     def part(self, rng: np.random.Generator) -> float:
         """See `Errors.part`."""
         return float(rng.integers(0, 2))
+
+    def age(self, rng: np.random.Generator) -> float:  # noqa: ARG002
+        """See `Errors.age`: who approaches was further away before."""
+        return 1.0
 
     def offset(self, away: FloatArray, rng: np.random.Generator) -> FloatArray:
         """See `Errors.offset`."""
@@ -301,7 +313,7 @@ def _measured_scene(
     nearest = unit[int(np.argmin(gap))]
     for other in range(scene.num_robots):
         away = -nearest if other == robot else unit[other]
-        time = world.now - oldest * errors.part(rng)
+        time = world.now - oldest * errors.age(rng)
         position[other], heading[other] = world.measured(other, time)
         position[other] += actual.position_error * errors.offset(away, rng)
         heading[other] += actual.heading_error * (2.0 * errors.part(rng) - 1.0)
