@@ -30,7 +30,7 @@ class Uncertainty:
             than dt, and those of two robots are not aligned.
         lost_messages: How many measurements in a row may be lost: each is one step more of age.
         actuation_error: How far a robot may be off its commanded course at any instant of a step, as a part of the
-            way commanded until then. A turn rate that is off by w adds w * dt / 2 to it.
+            way commanded until then. A turn rate that is off by w adds w times half of the longest step.
     """
 
     position_error: float = 0.0
