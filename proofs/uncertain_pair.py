@@ -15,6 +15,7 @@ from typing import Any
 import z3
 
 from proofs import apart, fences
+from proofs.executed import GAIN
 from proofs.prover import TOGETHER, Fact, Proof, Values, as_formula, prove
 from proofs.separation import (
     DT,
@@ -33,7 +34,7 @@ from proofs.separation import (
     projected,
 )
 from proofs.solver import variables_of
-from proofs.uncertain_steps import GAIN, MOVE_X, MOVE_Y, advance, reach, standing_robot
+from proofs.uncertain_steps import MOVE_X, MOVE_Y, advance, reach, standing_robot
 
 SHARED = (D, DT, MARGIN, GAIN, *RADII, *LIMITS, *PRIORITIES, *ROOMS)
 # What executes is longer than what is commanded.

@@ -13,11 +13,12 @@ from typing import Any
 import z3
 
 from proofs import apart, walls
+from proofs.executed import GAIN
 from proofs.fences import E_X, E_Y, SPEED, TRUE_X, TRUE_Y, UNIT_SEEN
 from proofs.margins import DISTANCE, MOST_C, MOST_S, OFF, SEEN, TILT, norm_at_most
 from proofs.prover import Assumptions, Proof, Values, prove
 from proofs.symbolic import Number, outcome, symbolic
-from proofs.uncertain_steps import ASKED_TILT, ASKED_X, ASKED_Y, GAIN, IS_WRITTEN, MOVE_X, MOVE_Y
+from proofs.uncertain_steps import ASKED_TILT, ASKED_X, ASKED_Y, IS_WRITTEN, MOVE_X, MOVE_Y
 from proofs.walls import HORIZON, KEPT, LIMIT, MARGIN, W_X, W_Y
 from safefilter.constraints.walls import add_wall_rows
 

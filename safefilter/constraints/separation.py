@@ -177,7 +177,8 @@ def largest_speed(
 ) -> float:
     """The fastest that robot j moves, in m/s."""
     if scene.cooperative[j]:
-        return speed_limit[j] * settings.gain
+        limit: float = speed_limit[j] * settings.gain
+        return limit
     v_x, v_y = scene.state[j, V_X], scene.state[j, V_Y]
     return passive_limit(
         math.sqrt(v_x * v_x + v_y * v_y), settings.velocity_error, settings.passive_speed

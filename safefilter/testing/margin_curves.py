@@ -19,10 +19,13 @@ import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from safefilter.arrays import FloatArray
 from safefilter.closest_approach import CONTACT_TOLERANCE
+from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.priority_orca import PriorityORCA
 from safefilter.constraints.separation import Separation
 from safefilter.kinematics.differential_drive import DifferentialDrive
@@ -88,8 +91,8 @@ class Cell:
 
 def uncertainty_of(error: str, size: float) -> Uncertainty:
     """One error of a size; messages are whole."""
-    value = round(size) if error == "lost_messages" else size
-    return replace(EXACT, **{error: value})
+    bound: dict[str, Any] = {error: round(size) if error == "lost_messages" else size}
+    return replace(EXACT, **bound)
 
 
 def safety_filter_of(error: str, stated: Uncertainty, *, has_orca: bool) -> SafetyFilter:
@@ -100,7 +103,9 @@ def safety_filter_of(error: str, stated: Uncertainty, *, has_orca: bool) -> Safe
         else Holonomic(V_MAX)
     )
     separation = Separation(DT, uncertainty=stated)
-    constraints = [PriorityORCA(2.0), separation] if has_orca else [separation]
+    constraints: list[Constraint] = [PriorityORCA(2.0), separation]
+    if not has_orca:
+        constraints = [separation]
     return SafetyFilter(constraints, kinematics, right_bias=RIGHT_BIAS if has_orca else 0.0)
 
 
@@ -157,7 +162,7 @@ def least_clearance(safety_filter: SafetyFilter, trial: UncertainTrial) -> float
     return min(step.clearance for step in roll_out_uncertain(safety_filter, trial))
 
 
-def cross(safety_filter: SafetyFilter, trial: UncertainTrial) -> tuple[float, np.ndarray]:
+def cross(safety_filter: SafetyFilter, trial: UncertainTrial) -> tuple[float, FloatArray]:
     """Least free distance in m, and when each robot that looks arrived in s, infinite for those that did not."""
     robots = np.flatnonzero(trial.scene.cooperative)
     goal = -trial.scene.position[robots]

@@ -291,11 +291,11 @@ def _decided(
     asked = np.array([[math.hypot(*wanted), turn_rate]])
     speed, turn_rate = safety_filter.decide(seen, asked, [robot]).action[0]
     # Either counts as that part of the way: the speed, or the turn rate over the longest step.
-    off = part * (2.0 * errors.part(rng) - 1.0)
+    share = part * (2.0 * errors.part(rng) - 1.0)
     if rng.integers(2):
-        return _Command(0.0, speed * (1.0 + off), 0.0, turn_rate)
+        return _Command(0.0, speed * (1.0 + share), 0.0, turn_rate)
     longest = trial.dt + trial.actual.lateness
-    return _Command(0.0, speed, 0.0, turn_rate + 2.0 * off / longest)
+    return _Command(0.0, speed, 0.0, turn_rate + 2.0 * share / longest)
 
 
 def _measured_scene(

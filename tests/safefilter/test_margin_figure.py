@@ -3,12 +3,12 @@ from pathlib import Path
 import matplotlib.image
 import pytest
 
-from safefilter.testing.margin_figure import STYLES, save_figure
+from safefilter.testing.margin_figure import STYLES, CellFigures, save_figure
 
 
 @pytest.mark.parametrize("num_errors", [1, len(STYLES)])
 def test_every_error_is_drawn(num_errors: int, tmp_path: Path) -> None:
-    cells = [
+    cells: list[CellFigures] = [
         {
             "error": f"error_{k}",
             "real": 0.1,

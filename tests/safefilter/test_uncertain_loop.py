@@ -158,13 +158,19 @@ def test_the_margin_for_positions_is_not_slack() -> None:
     assert 0.0 <= clearance < 1e-4
 
 
-class BothToTheLeft(Adversary):
+class BothFurtherUp:
     """Two robots that each take the other to be further up, and themselves further down, by all of the bound."""
 
     def __init__(self) -> None:
         # Each decision asks for the errors of a position and a velocity, robot by robot, and of what executes.
         ups = (-1.0, 0.0, 1.0, 0.0, 0.0), (1.0, 0.0, -1.0, 0.0, 0.0)
-        object.__setattr__(self, "ups", itertools.cycle(itertools.chain(*ups)))
+        self.ups = itertools.cycle(itertools.chain(*ups))
+
+    def part(self, rng: np.random.Generator) -> float:  # noqa: ARG002
+        return 1.0
+
+    def age(self, rng: np.random.Generator) -> float:  # noqa: ARG002
+        return 1.0
 
     def offset(self, away: FloatArray, rng: np.random.Generator) -> FloatArray:  # noqa: ARG002
         return np.array([0.0, next(self.ups)])
@@ -180,7 +186,7 @@ def test_a_row_along_the_estimated_direction_alone_would_not_do() -> None:
             scene,
             policy=GoalSeeking(((50.0, -50.0), (-50.0, -50.0)), DT),
             actual=bounds,
-            errors=BothToTheLeft(),
+            errors=BothFurtherUp(),
             num_steps=40,
         )
         return least(SafetyFilter([separation], Holonomic(0.5)), trial)[0]

@@ -29,8 +29,9 @@ def test_bounds_are_finite_numbers_from_zero_up(field: str) -> None:
         (math.inf, NotFinite, "a finite number"),
         (math.nan, NotFinite, "a finite number"),
     ):
+        given: dict[str, Any] = {field: value}
         with pytest.raises(error, match=f"{field}: expected .*{told}"):
-            Uncertainty(**{field: value})
+            Uncertainty(**given)
 
 
 @pytest.mark.parametrize(
