@@ -179,7 +179,7 @@ def _obstacles(
     obstacles: list[Obstacle] = []
     if square:
         wide = drawer.in_square(square, may_be_deep=has_deep_traps)
-        obstacles += [wide, drawer.pillar_beside(wide)]
+        obstacles += [wide, *drawer.pillars_beside(wide)]
     deep = drawer.deep(square) if has_deep_traps else None
     if deep is not None:
         obstacles.append(deep)

@@ -1,7 +1,7 @@
 """Obstacles of towns: traps, U shapes that robots have to get round and out of, and pillars, which are convex.
 
 Shallow traps and pillars stand in the middle of a cell, *deep* traps take up two cells in a row, and those in an open
-*square* of four cells are as wide as they come, with a pillar beside them.
+*square* of four cells are as wide as they come, with pillars beside them.
 
 SI units; cells are numbered as in `town_cells`.
 """
@@ -138,13 +138,18 @@ class ObstacleDrawer:
             behind=self._open_beside(cell, (opens + 2) % 4),
         )
 
-    def pillar_beside(self, trap: Trap) -> Obstacle:
-        """A pillar to the left or the right of a trap in a square, in the same cells; nobody has to get past it."""
-        half = self._half_diagonal()
-        aside = trap.width / 2.0 + THICKNESS + self._rng.uniform(*PILLAR_GAP) + half
-        # Within the square, where robots may have to go round the other side.
-        aside = min(aside, PITCH - THICKNESS - half)
-        aside *= (-1.0, 1.0)[self._rng.integers(2)]
+    def pillars_beside(self, trap: Trap) -> list[Obstacle]:
+        """Pillars on one side or both of a trap in a square, in the same cells; nobody has to get past them."""
+        sides = self._rng.permutation([-1.0, 1.0])[: self._rng.integers(1, 3)]
+        return [self._pillar_beside(trap, side) for side in sides.tolist()]
+
+    def _pillar_beside(self, trap: Trap, side: float) -> Obstacle:
+        # What the arm of the trap leaves of the square, gap included.
+        arm = trap.width / 2.0 + THICKNESS
+        room = PITCH - THICKNESS - arm
+        half = self._half_diagonal(min(PILLAR[1], (room - PILLAR_GAP[0]) / 2.0))
+        gap = self._rng.uniform(PILLAR_GAP[0], min(PILLAR_GAP[1], room - 2.0 * half))
+        aside = side * (arm + gap + half)
         forward = self._rng.uniform(-PILLAR_OFFSET, PILLAR_OFFSET)
         angle = 0.5 * math.pi * trap.opens
         cosine, sine = math.cos(angle), math.sin(angle)
@@ -152,8 +157,8 @@ class ObstacleDrawer:
         centre = cell_centres(np.array(trap.cells), self._size).mean(axis=0) + offset
         return Obstacle(trap.cells, self._square(centre, half), front=None, behind=None)
 
-    def _half_diagonal(self) -> float:
-        return float(self._rng.uniform(*PILLAR))
+    def _half_diagonal(self, most: float = PILLAR[1]) -> float:
+        return float(self._rng.uniform(PILLAR[0], most))
 
     def _square(self, centre: FloatArray, half_diagonal: float) -> FloatArray:
         """Outline of a square that is turned by any angle, shape (4, 2, 2), in m."""

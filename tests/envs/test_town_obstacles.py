@@ -13,6 +13,7 @@ from envs.scenarios.town_obstacles import (
     ObstacleDrawer,
     Trap,
 )
+from envs.scenarios.wall_kernel import wall_distances
 
 SIZE = 4
 SQUARE = [5, 6, 9, 10]
@@ -108,13 +109,30 @@ def test_pillars_are_squares_within_their_cell(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(30))
-def test_pillars_beside_traps_leave_them_open_and_stay_in_the_square(seed: int) -> None:
+def test_pillars_beside_traps_let_robots_through_and_stay_in_the_square(seed: int) -> None:
     drawer = _drawer(seed)
     trap = drawer.in_square(SQUARE, may_be_deep=True)
-    pillar = drawer.pillar_beside(trap)
-    assert np.abs(pillar.outline).max() <= PITCH
-    # Beside the arms, seen along the mouth: none of it stands in front of the mouth or behind the back.
-    angle = 0.5 * np.pi * trap.opens
-    across = np.array([-np.sin(angle), np.cos(angle)])
-    gap = np.abs(pillar.outline.reshape(-1, 2) @ across).min() - trap.width / 2 - THICKNESS
-    assert 0.15 <= gap <= PILLAR_GAP[1] + 0.1
+    pillars = drawer.pillars_beside(trap)
+    assert 1 <= len(pillars) <= 2
+    for pillar in pillars:
+        assert np.abs(pillar.outline).max() <= PITCH - THICKNESS + 1e-9
+        assert wall_distances(pillar.outline[:, 0], trap.outline).min() >= PILLAR_GAP[0] - 1e-9
+        assert pillar.cells == trap.cells
+
+
+def test_pillars_stand_on_one_side_or_on_both() -> None:
+    numbers, sides = set(), set()
+    for seed in range(30):
+        drawer = _drawer(seed)
+        trap = drawer.in_square(SQUARE, may_be_deep=False)
+        angle = 0.5 * np.pi * trap.opens
+        across = np.array([-np.sin(angle), np.cos(angle)])
+        found = [
+            float(np.sign(each.outline.mean(axis=(0, 1)) @ across))
+            for each in drawer.pillars_beside(trap)
+        ]
+        numbers.add(len(found))
+        sides |= set(found)
+        assert len(set(found)) == len(found)
+    assert numbers == {1, 2}
+    assert sides == {-1.0, 1.0}
