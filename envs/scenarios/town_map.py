@@ -28,7 +28,7 @@ THICKNESS = 0.15
 """Of walls, in m: more than a lidar of 360 beams needs at 3.5 m (`Lidar.least_thickness`: 0.086 m)."""
 BLOCK_SHARE = 0.15
 """Part of the cells that are built over, at most."""
-AVENUE_SHARE = 0.3
+AVENUE_SHARE = 0.5
 """Part of the maps of 3 by 3 cells or more that have avenues, and no obstacles."""
 SQUARE_SHARE = 0.7
 """Part of the other maps of 4 by 4 cells or more that have an open square of four, with a trap in the middle."""
@@ -86,7 +86,7 @@ class TownMap:
         return cells[::-1]
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=4096)
 def town_map(number: int, size: int, *, has_deep_traps: bool, least_streets: int = 1) -> TownMap:
     """Draw a map; the same numbers give the same map.
 
