@@ -163,8 +163,10 @@ def _trips(rng: np.random.Generator, town: TownMap, num_robots: int) -> list[Tri
     """Trips whose starts are all in different cells, and so are their goals."""
     trips: list[Trip] = []
     num_obstructed = rng.integers(int(MOST_OBSTRUCTED * num_robots) + 1)
-    for number in rng.permutation(len(town.obstructed))[:num_obstructed].tolist():
-        trip = [Trip(*town.obstructed[number])]
+    # Those across a square first: there is one at most, and it is the hardest place.
+    ends = [*_shuffled(rng, town.across_square), *_shuffled(rng, town.obstructed)]
+    for start, goal in ends[:num_obstructed]:
+        trip = [Trip(start, goal)]
         if _is_room(town, trips, trip):
             trips += trip
     for _ in range(MAX_DRAWS):
@@ -186,6 +188,11 @@ def _trips(rng: np.random.Generator, town: TownMap, num_robots: int) -> list[Tri
         may_start[start] = may_end[goal] = False
         trips.append(Trip(start, goal))
     return trips
+
+
+def _shuffled(rng: np.random.Generator, trips: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Trips in random order."""
+    return [trips[number] for number in rng.permutation(len(trips)).tolist()]
 
 
 def _drawn(rng: np.random.Generator, cells: IntArray) -> int:

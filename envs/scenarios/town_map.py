@@ -30,7 +30,9 @@ BLOCK_SHARE = 0.15
 """Part of the cells that are built over, at most."""
 AVENUE_SHARE = 0.5
 """Part of the maps of 3 by 3 cells or more that have avenues, and no obstacles."""
-SQUARE_SHARE = 0.7
+SQUARE_CELLS = 4
+"""Cells of a square."""
+SQUARE_SHARE = 0.8
 """Part of the other maps of 4 by 4 cells or more that have an open square of four, with a trap in the middle."""
 
 
@@ -68,7 +70,16 @@ class TownMap:
     @property
     def obstructed(self) -> list[tuple[int, int]]:
         """Streets in front of an obstacle and behind it, for trips on whose straight way it stands."""
-        ends = [(obstacle.front, obstacle.behind) for obstacle in self.obstacles]
+        return self._ends([each for each in self.obstacles if len(each.cells) < SQUARE_CELLS])
+
+    @property
+    def across_square(self) -> list[tuple[int, int]]:
+        """The same of the trap in a square, there and back: the way leads between it and the pillars."""
+        there = self._ends([each for each in self.obstacles if len(each.cells) == SQUARE_CELLS])
+        return [*there, *((behind, front) for front, behind in there)]
+
+    def _ends(self, obstacles: list[Obstacle]) -> list[tuple[int, int]]:
+        ends = [(obstacle.front, obstacle.behind) for obstacle in obstacles]
         return [
             (front, behind)
             for front, behind in ends
