@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from envs import Circle, Crossroad, Fleet, Navigation
 from envs.fleet import RADIUS
@@ -116,6 +118,25 @@ def test_lengths_agree_with_those_of_a_graph() -> None:
         navigation.reset(0)
         found = lengths(ShortestWays(), navigation.world)[0]
         np.testing.assert_allclose(found, shortest_ways(placement, RADIUS), rtol=0.12)
+
+
+@given(middle=st.floats(-0.5, 0.5), angle=st.floats(0.0, np.pi))
+@settings(max_examples=40, deadline=None)
+def test_a_gap_that_robots_fit_through_is_open_and_one_they_do_not_is_shut(
+    middle: float, angle: float
+) -> None:
+    for gap, is_open in ((0.28, True), (0.15, False)):
+        ends = np.array([[-3.0, -gap / 2.0], [gap / 2.0, 3.0]]) + middle
+        turn = np.array([-np.sin(angle), np.cos(angle)])
+        walls = ends[..., np.newaxis] * turn
+        across = np.array([np.cos(angle), np.sin(angle)])
+        start, goal = 0.8 * across + middle * turn, -0.8 * across + middle * turn
+        placement = Placement(np.array([start, goal]), np.array([goal, start]), walls)
+        navigation = Navigation(Placed(placement, num_robots=2))
+        navigation.reset(0)
+        found = lengths(ShortestWays(), navigation.world)
+        # Round the far end of a wall it would be more than 5 m.
+        assert (found < 2.5).all() == is_open
 
 
 def test_out_of_a_trap_every_step_back_is_progress() -> None:
