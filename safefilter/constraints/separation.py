@@ -27,10 +27,11 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arguments import real_number, require_kind
-from safefilter.arrays import FloatArray, IntArray, positive_number
+from safefilter.arrays import BoolArray, FloatArray, IntArray, positive_number
 from safefilter.constraints.margins import (
     NO_MARGINS,
     ROWS_EACH,
+    Margins,
     add_fence,
     margins_of,
     own_error,
@@ -298,6 +299,7 @@ class Separation:
         self.safety_margin = float(safety_margin)
         self.passive_speed = float(passive_speed)
         self.uncertainty = require_kind(uncertainty, "uncertainty", Uncertainty)
+        self._is_exact = self.uncertainty == EXACT
 
     def settings(self, source: int, wall_source: int, omega_max: float = 0.0) -> SeparationSettings:
         """Settings for kernels.
@@ -317,13 +319,19 @@ class Separation:
             self.safety_margin,
             self.passive_speed,
             wall_source,
-            *margins_of(self.uncertainty, self.dt, omega_max),
+            *self._margins(omega_max),
         )
+
+    def _margins(self, omega_max: float) -> Margins:
+        # At every decision, and mostly there are none.
+        if self._is_exact:
+            return NO_MARGINS
+        return margins_of(self.uncertainty, self.dt, omega_max)
 
     @property
     def rows_each(self) -> int:
         """Rows at most against one neighbour or wall."""
-        return 1 if self.uncertainty == EXACT else ROWS_EACH
+        return 1 if self._is_exact else ROWS_EACH
 
     def required_reach(
         self, scene: Scene, speed_limit: FloatArray, omega_max: float = 0.0
@@ -337,17 +345,18 @@ class Separation:
         """
         if scene.num_robots == 0:
             return 0.0
-        settings = self.settings(0, 1, omega_max)
-        passive = scene.velocity[~scene.cooperative]
-        seen = float(np.sqrt((passive**2).sum(axis=1)).max(initial=0.0))
-        seen = max(seen + settings.velocity_error, self.passive_speed)
-        own = float(speed_limit.max()) * settings.gain
-        error = 2.0 * settings.position_error + (own + max(own, seen)) * settings.stale_time
-        return (
-            2.0 * float(scene.radius.max())
-            + (own + max(own, seen)) * settings.dt
-            + self.safety_margin
-            + error
+        margins = self._margins(omega_max)
+        return _required_reach(
+            scene.state,
+            scene.cooperative,
+            speed_limit,
+            self.dt + self.uncertainty.lateness,
+            self.safety_margin,
+            self.passive_speed,
+            margins.position_error,
+            margins.velocity_error,
+            margins.stale_time,
+            margins.gain,
         )
 
     def half_spaces(self, scene: Scene, action: FloatArray, index: IntArray) -> HalfSpaces:  # noqa: ARG002
@@ -362,6 +371,31 @@ class Separation:
             SceneArrays.of(scene), self.settings(0, 1), unlimited, index, capacity
         )
         return half_spaces_from_rows(array, label, count, count, (self.name, self.wall_name))
+
+
+@kernel
+def _required_reach(  # a kernel takes arrays and numbers
+    state: FloatArray,
+    cooperative: BoolArray,
+    speed_limit: FloatArray,
+    dt: float,
+    safety_margin: float,
+    passive_speed: float,
+    position_error: float,
+    velocity_error: float,
+    stale_time: float,
+    gain: float,
+) -> float:
+    """See `Separation.required_reach`. A kernel, because few decisions are short: numpy needs 10 us."""
+    radius, own, seen = 0.0, 0.0, passive_speed
+    for i in range(len(state)):
+        radius = max(radius, state[i, RADIUS])
+        own = max(own, gain * speed_limit[i])
+        if not cooperative[i]:
+            speed_squared = state[i, V_X] * state[i, V_X] + state[i, V_Y] * state[i, V_Y]
+            seen = max(seen, math.sqrt(speed_squared) + velocity_error)
+    error = 2.0 * position_error + (own + max(own, seen)) * stale_time
+    return 2.0 * radius + (own + max(own, seen)) * dt + safety_margin + error
 
 
 @kernel

@@ -34,7 +34,7 @@ def save_figure(cells: Sequence[CellFigures], path: Path) -> None:
         cells: Fields of `margin_curves.Cell`.
         path: Picture.
     """
-    figure = Figure(figsize=(12.0, 4.2), layout="constrained")
+    figure = Figure(figsize=(14.0, 4.2), layout="constrained")
     axes: list[Axes] = list(figure.subplots(1, 3))
     errors = list(dict.fromkeys(str(cell["error"]) for cell in cells))
     for error, (colour, marker) in zip(errors, STYLES, strict=False):
@@ -58,5 +58,8 @@ def save_figure(cells: Sequence[CellFigures], path: Path) -> None:
         axis.set_xlabel("stated bound / real error")
         axis.axvline(1.0, color="0.6", linestyle=":", zorder=0)
         axis.grid(visible=True, color="0.92")
-    axes[2].legend(title="real error (m, rad, m/s, s, 1)", fontsize=8, title_fontsize=8)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(
+        handles, labels, title="real error (m, rad, m/s, s, 1)", loc="outside right upper"
+    )
     figure.savefig(path, dpi=110)
