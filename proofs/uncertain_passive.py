@@ -30,7 +30,7 @@ from proofs.margins import (
 )
 from proofs.prover import Assumptions, Proof, prove
 from proofs.symbolic import Number, outcome, symbolic
-from safefilter.constraints.separation import credited_approach, passive_limit
+from safefilter.constraints.margins import credited_approach, passive_limit
 
 SEEN_A, SEEN_B, LENGTH, OFF_F, OFF_G = z3.Reals("a b n f g")
 SEEN, VELOCITY_ERROR, DT, PASSIVE = z3.Reals("seen velocity_error dt passive_speed")

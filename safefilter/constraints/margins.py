@@ -123,6 +123,20 @@ def pair_error(error: float, other_error: float) -> float:
 
 
 @formula
+def credited_approach(
+    seen: float, speed: float, tilt_sine: float, error: float, dt: float
+) -> float:
+    """Largest approach of a neighbour that is seen to approach by ``seen``, along any direction that may be e."""
+    return max(0.0, seen) + (speed * tilt_sine + error) * dt
+
+
+@formula
+def passive_limit(speed: float, velocity_error: float, passive_speed: float) -> float:
+    """Bound on the speed of a robot that does not cooperate."""
+    return max(speed + velocity_error, passive_speed)
+
+
+@formula
 def tilt(distance: float, error: float) -> float:
     """Sine of the largest angle between the estimated direction and the true one; 1 where it may be any."""
     if error <= 0.0:

@@ -33,9 +33,11 @@ from safefilter.constraints.margins import (
     ROWS_EACH,
     Margins,
     add_fence,
+    credited_approach,
     margins_of,
     own_error,
     pair_error,
+    passive_limit,
     tilt,
 )
 from safefilter.constraints.responsibility import room
@@ -92,20 +94,6 @@ def cooperative_budget(gap: float, own_room: float, other_reach: float) -> float
 def passive_budget(gap: float, credited_approach: float) -> float:
     """Advance allowed towards a neighbour that is not filtered: a receding one is given no credit."""
     return max(0.0, spare_budget(gap, max(0.0, credited_approach)))
-
-
-@formula
-def credited_approach(
-    seen: float, speed: float, tilt_sine: float, error: float, dt: float
-) -> float:
-    """Largest approach of a neighbour that is seen to approach by ``seen``, along any direction that may be e."""
-    return max(0.0, seen) + (speed * tilt_sine + error) * dt
-
-
-@formula
-def passive_limit(speed: float, velocity_error: float, passive_speed: float) -> float:
-    """Bound on the speed of a robot that does not cooperate."""
-    return max(speed + velocity_error, passive_speed)
 
 
 class SeparationSettings(NamedTuple):

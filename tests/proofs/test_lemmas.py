@@ -178,7 +178,7 @@ WRONG: dict[str, Wrong] = {
     ),
     "a velocity that is what it seems": (
         "uncertain_passive",
-        f"{SEPARATION}.credited_approach",
+        f"{MARGINS}.credited_approach",
         lambda seen, *_: seen,
         lambda of: of.credited(),
     ),
