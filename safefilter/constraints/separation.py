@@ -106,13 +106,7 @@ class SeparationSettings(NamedTuple):
         safety_margin: In m.
         passive_speed: In m/s.
         wall_source: Number of rows against walls in labels.
-        position_error: This and what follows as in `Margins`, whose fields they are: kernels are told flat records
-            faster.
-        velocity_error: See there.
-        stale_time: See there.
-        gain: See there.
-        turn_cosine: See there.
-        turn_sine: See there.
+        position_error: This and what follows are the fields of `Margins`: kernels are told flat records faster.
     """
 
     is_used: bool
