@@ -31,6 +31,8 @@ from safefilter.uncertainty import Uncertainty
 ROWS_EACH = 3
 # Cosine and sine of a third of a turn.
 THIRD_COSINE, THIRD_SINE = -0.5, 0.5 * math.sqrt(3.0)
+# Commands in single precision may turn that much faster than they should.
+FASTER = 1.0 + 1e-6
 # Corners of that triangle are twice as far out as its sides; a little less, because its angles are rounded.
 NEARLY_HALF = 0.499
 
@@ -74,17 +76,20 @@ def margins_of(uncertainty: Uncertainty, dt: float, omega_max: float) -> Margins
             direction is safe then.
     """
     stale_time = uncertainty.stale_time(dt)
-    half_turn = 0.5 * omega_max * (dt + uncertainty.lateness)
+    longest = dt + uncertainty.lateness
+    half_turn = 0.5 * omega_max * FASTER * longest
     if half_turn >= math.pi / 2:
         raise OutOfRange(
-            f"uncertainty: {omega_max} rad/s for {dt + uncertainty.lateness:.3g} s is half a turn or more in one step; "
+            f"uncertainty: {omega_max} rad/s for {longest:.3g} s is half a turn or more in one step; "
             "lower actuation_delay or clock_jitter, or omega_max"
         )
     part = uncertainty.actuation_error
     heading = 0.0
     if omega_max > 0.0:
         part *= half_turn / math.sin(half_turn)
-        heading = uncertainty.heading_error + omega_max * stale_time
+        # The turn rate may be off by what that alone adds to the error; see `Uncertainty.actuation_error`.
+        fastest = omega_max + 2.0 * uncertainty.actuation_error / longest
+        heading = uncertainty.heading_error + fastest * stale_time
     turn = heading + math.asin(min(1.0, part))
     if not turn < math.pi / 2:
         raise OutOfRange(

@@ -67,6 +67,12 @@ def test_a_drive_has_its_heading_as_stale_as_the_rest() -> None:
     found = margins_of(bounds, DT, 0.5)
     assert math.atan2(found.turn_sine, found.turn_cosine) == pytest.approx(0.1 + 0.5 * 0.2)
     assert found.gain == 1.0
+    # A turn rate that is off by w is as good as an actuation error of w dt / 2.
+    rate = 0.3
+    worse = Uncertainty(heading_error=0.1, observation_delay=0.2, actuation_error=rate * DT / 2)
+    angle = 0.1 + (0.5 + rate) * 0.2 + math.asin(rate * DT / 2 * 0.05 / math.sin(0.05))
+    found = margins_of(worse, DT, 0.5)
+    assert math.atan2(found.turn_sine, found.turn_cosine) == pytest.approx(angle)
     # Whoever takes any velocity has no heading to be wrong.
     assert margins_of(bounds, DT, 0.0).turn_sine == 0.0
 

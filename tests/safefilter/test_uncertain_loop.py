@@ -119,7 +119,8 @@ def test_nobody_touches_anybody_as_long_as_errors_are_within_their_bounds(
     seed: int,
 ) -> None:
     assume(is_apart(scene))
-    turned = bounds.heading_error + omega_max * bounds.stale_time(DT)
+    rate = omega_max + 2.0 * bounds.actuation_error / (DT + bounds.lateness)
+    turned = bounds.heading_error + rate * bounds.stale_time(DT) if omega_max else 0.0
     assume(turned + math.asin(min(1.0, 1.05 * bounds.actuation_error)) < math.pi / 2)
     kinematics = DifferentialDrive(0.5, omega_max, DT, 0.01) if omega_max else Holonomic(0.5)
     safety = SafetyFilter([PriorityORCA(2.0), Separation(DT, uncertainty=bounds)], kinematics)
