@@ -1,0 +1,162 @@
+"""The answer of a batch: rows made of unit length, the search that suits, and exact arithmetic for what it cannot prove.
+
+Letters: B decisions, M rows, n variables.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from safefilter.arrays import FloatArray
+from safefilter.backends.backend import Status
+from safefilter.decision import Fault
+from safefilter.differentiable.dense_search import dense_search
+from safefilter.differentiable.found import NO_ROW, PROOF_RADIUS, Found, UnitRows
+from safefilter.differentiable.planar_search import PlaneRows, planar_search
+from safefilter.errors import BackendFailed, EmptyHardSet, NotFinite, OutOfRange
+from safefilter.half_spaces import HalfSpaces
+from safefilter.programs.nearest_velocity import nearest_velocity
+from safefilter.stand_in import stand_in
+
+# Rows this near to length one are left as they are: those of `HalfSpaces` come back bit for bit.
+UNIT_ROUNDING = 4.0 * 2.2e-16
+
+
+def answer(
+    action: Tensor,
+    normals: Tensor,
+    offsets: Tensor,
+    hard: Tensor,
+    present: Tensor,
+    tolerance: float,
+) -> Found:
+    """Answer a batch; every answer is proved.
+
+    Args:
+        action: Shape (B, n), float64.
+        normals: Shape (B, M, n), float64, of any length above zero.
+        offsets: Shape (B, M), float64.
+        hard: Shape (B, M), bool.
+        present: Shape (B, M), bool.
+        tolerance: In the unit of the action.
+
+    Raises:
+        NotFinite: If an action or a row that is present is NaN or infinite.
+        OutOfRange: If a normal is zero.
+        EmptyHardSet: If hard rows contradict each other.
+        BackendFailed: If even exact arithmetic found no answer that can be proved.
+    """
+    if not bool(torch.isfinite(action).all()):
+        place = int(torch.nonzero(~torch.isfinite(action).all(1))[0, 0])
+        raise NotFinite(f"action of decision {place}: expected finite numbers, got NaN or infinity")
+    rows = unit_rows(normals, offsets, hard, present)
+    radius = PROOF_RADIUS * (1.0 + action.abs().sum(1))
+    search = _plane if action.device.type == "cpu" and action.shape[1] == 2 else dense_search
+    found = search(action, rows, tolerance, radius)
+    if not bool(found.is_proved.all()):
+        _repair(found, action, rows, tolerance)
+    return found
+
+
+def unit_rows(normals: Tensor, offsets: Tensor, hard: Tensor, present: Tensor) -> UnitRows:
+    """Divide rows by their length; absent ones become zero.
+
+    Raises:
+        NotFinite: If a row that is present is NaN or infinite.
+        OutOfRange: If the normal of a row that is present is zero.
+    """
+    length = torch.linalg.vector_norm(normals, dim=2)
+    is_usable = torch.isfinite(length) & (length > 0.0) & torch.isfinite(offsets)
+    if not bool((is_usable | ~present).all()):
+        decision, row = torch.nonzero(~is_usable & present)[0].tolist()
+        if float(length[decision, row]) == 0.0:
+            raise OutOfRange(
+                f"normals of decision {decision}, row {row}: expected a direction, got zeros; "
+                "leave absent rows out by present"
+            )
+        raise NotFinite(
+            f"row {row} of decision {decision}: expected finite numbers, got NaN or infinity"
+        )
+    is_unit = (length - 1.0).abs() <= UNIT_ROUNDING
+    length = torch.where(is_unit | ~is_usable, 1.0, length)
+    return UnitRows(normals / length[:, :, None], offsets / length, hard, present)
+
+
+def _plane(action: Tensor, rows: UnitRows, tolerance: float, radius: Tensor) -> Found:
+    """Hand a batch over to the compiled search, and take over its results."""
+    arrays = PlaneRows(*(field.contiguous().numpy() for field in rows))
+    out = planar_search(action.contiguous().numpy(), arrays, tolerance, radius.numpy())
+    columns = (
+        out.velocity,
+        out.case,
+        out.active[:, ::2],
+        out.multipliers,
+        out.proof[:, ::2],
+        out.proof_multipliers,
+        out.optimal,
+    )
+    return Found(*(torch.from_numpy(np.ascontiguousarray(column)) for column in columns))
+
+
+def _repair(found: Found, action: Tensor, rows: UnitRows, tolerance: float) -> None:
+    """Answer in exact arithmetic what the search could not prove.
+
+    Raises:
+        EmptyHardSet: If hard rows contradict each other.
+        BackendFailed: If exact arithmetic found no answer either.
+    """
+    size = action.shape[1]
+    for k in torch.nonzero(~found.is_proved)[:, 0].tolist():
+        system = half_spaces_of(rows, k)
+        wanted = action[k].cpu().numpy()
+        exact = stand_in(system, 0, wanted, math.inf, tolerance)
+        if exact.fault == Fault.EMPTY_HARD_SET:
+            named = _places(system, exact.proof)
+            raise EmptyHardSet(
+                f"decision {k}: no action satisfies all hard rows; rows {named} contradict each other: "
+                "relax them or make them soft"
+            )
+        if exact.fault != Fault.NONE:
+            raise BackendFailed(
+                f"decision {k}: exact arithmetic gave no answer that can be used ({exact.fault.name}); "
+                "see this error's program",
+                nearest_velocity(system, 0, wanted),
+                Status.FAILED,
+            )
+        found.point[k] = torch.as_tensor(exact.velocity)
+        found.case[k] = int(exact.case)
+        _write(found.active[k], found.multipliers[k], system, exact.multipliers, size)
+        _write(found.proof[k], found.weights[k], system, exact.proof, size + 1)
+        found.is_proved[k] = True
+
+
+def half_spaces_of(rows: UnitRows, decision: int) -> HalfSpaces:
+    """View the rows of one decision as those of the filter."""
+    num_rows = rows.offsets.shape[1]
+    labels = np.zeros((1, num_rows, 2), dtype=np.int64)
+    labels[0, :, 1] = np.arange(num_rows)
+    normals, offsets, hard, present = (field[decision][None].cpu().numpy().copy() for field in rows)
+    return HalfSpaces(normals, offsets, hard, present, labels, ("row",))
+
+
+def _places(system: HalfSpaces, values: FloatArray) -> list[int]:
+    """Indices of the rows that have a value above zero, the largest first."""
+    order = np.argsort(-values, kind="stable")
+    present = np.flatnonzero(system.present[0])
+    return [int(present[row]) for row in order.tolist() if values[row] > 0.0]
+
+
+def _write(
+    places: Tensor, weights: Tensor, system: HalfSpaces, values: FloatArray, num_slots: int
+) -> None:
+    """Write rows with a multiplier into slots, the largest first."""
+    places.fill_(NO_ROW)
+    weights.zero_()
+    named = _places(system, values)[:num_slots]
+    ordered = sorted((float(value) for value in values if value > 0.0), reverse=True)
+    for slot, row in enumerate(named):
+        places[slot], weights[slot] = row, ordered[slot]
