@@ -1,4 +1,4 @@
-"""The answer of a batch: rows made of unit length, the search that suits, and exact arithmetic for what it cannot prove.
+"""The answer of a batch: rows of unit length, the search that suits, exact arithmetic for what that cannot prove.
 
 Letters: B decisions, M rows, n variables.
 """
@@ -6,6 +6,7 @@ Letters: B decisions, M rows, n variables.
 from __future__ import annotations
 
 import math
+from typing import NoReturn
 
 import numpy as np
 import torch
@@ -15,8 +16,9 @@ from safefilter.arrays import FloatArray
 from safefilter.backends.backend import Status
 from safefilter.decision import Fault
 from safefilter.differentiable.dense_search import dense_search
-from safefilter.differentiable.found import NO_ROW, PROOF_RADIUS, Found, UnitRows
+from safefilter.differentiable.found import NO_ROW, Found, TensorRows
 from safefilter.differentiable.planar_search import PlaneRows, planar_search
+from safefilter.differentiable.products import lengths
 from safefilter.errors import BackendFailed, EmptyHardSet, NotFinite, OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.programs.nearest_velocity import nearest_velocity
@@ -26,22 +28,12 @@ from safefilter.stand_in import stand_in
 UNIT_ROUNDING = 4.0 * 2.2e-16
 
 
-def answer(
-    action: Tensor,
-    normals: Tensor,
-    offsets: Tensor,
-    hard: Tensor,
-    present: Tensor,
-    tolerance: float,
-) -> Found:
+def answer(action: Tensor, given: TensorRows, tolerance: float) -> Found:
     """Answer a batch; every answer is proved.
 
     Args:
         action: Shape (B, n), float64.
-        normals: Shape (B, M, n), float64, of any length above zero.
-        offsets: Shape (B, M), float64.
-        hard: Shape (B, M), bool.
-        present: Shape (B, M), bool.
+        given: Rows of any length above zero.
         tolerance: In the unit of the action.
 
     Raises:
@@ -53,43 +45,58 @@ def answer(
     if not bool(torch.isfinite(action).all()):
         place = int(torch.nonzero(~torch.isfinite(action).all(1))[0, 0])
         raise NotFinite(f"action of decision {place}: expected finite numbers, got NaN or infinity")
-    rows = unit_rows(normals, offsets, hard, present)
-    radius = PROOF_RADIUS * (1.0 + action.abs().sum(1))
+    rows = unit_rows(given)
     search = _plane if action.device.type == "cpu" and action.shape[1] == 2 else dense_search
-    found = search(action, rows, tolerance, radius)
+    found = search(action, rows, tolerance)
     if not bool(found.is_proved.all()):
         _repair(found, action, rows, tolerance)
     return found
 
 
-def unit_rows(normals: Tensor, offsets: Tensor, hard: Tensor, present: Tensor) -> UnitRows:
+def unit_rows(given: TensorRows) -> TensorRows:
     """Divide rows by their length; absent ones become zero.
 
     Raises:
         NotFinite: If a row that is present is NaN or infinite.
         OutOfRange: If the normal of a row that is present is zero.
     """
-    length = torch.linalg.vector_norm(normals, dim=2)
-    is_usable = torch.isfinite(length) & (length > 0.0) & torch.isfinite(offsets)
-    if not bool((is_usable | ~present).all()):
-        decision, row = torch.nonzero(~is_usable & present)[0].tolist()
-        if float(length[decision, row]) == 0.0:
-            raise OutOfRange(
-                f"normals of decision {decision}, row {row}: expected a direction, got zeros; "
-                "leave absent rows out by present"
-            )
-        raise NotFinite(
-            f"row {row} of decision {decision}: expected finite numbers, got NaN or infinity"
-        )
+    normals, offsets, hard, present = given
+    length = lengths(normals)
     is_unit = (length - 1.0).abs() <= UNIT_ROUNDING
+    is_finite = torch.isfinite(offsets)
+    if bool((is_unit & is_finite).all()):
+        return given
+    is_usable = torch.isfinite(length) & (length > 0.0) & is_finite
+    if not bool((is_usable | ~present).all()):
+        _refuse(length, torch.nonzero(~is_usable & present)[0])
     length = torch.where(is_unit | ~is_usable, 1.0, length)
-    return UnitRows(normals / length[:, :, None], offsets / length, hard, present)
+    # What is absent may be anything, but must not spread.
+    normals = torch.where(is_usable[:, :, None], normals / length[:, :, None], 0.0)
+    return TensorRows(normals, torch.where(is_usable, offsets / length, 0.0), hard, present)
 
 
-def _plane(action: Tensor, rows: UnitRows, tolerance: float, radius: Tensor) -> Found:
+def _refuse(length: Tensor, place: Tensor) -> NoReturn:
+    """Say what is wrong with a row.
+
+    Raises:
+        NotFinite: If it is NaN or infinite.
+        OutOfRange: If its normal is zero.
+    """
+    decision, row = place.tolist()
+    if float(length[decision, row]) == 0.0:
+        raise OutOfRange(
+            f"normals of decision {decision}, row {row}: expected a direction, got zeros; "
+            "leave rows that are absent out by present"
+        )
+    raise NotFinite(
+        f"row {row} of decision {decision}: expected finite numbers, got NaN, infinity, or a normal too long to square"
+    )
+
+
+def _plane(action: Tensor, rows: TensorRows, tolerance: float) -> Found:
     """Hand a batch over to the compiled search, and take over its results."""
     arrays = PlaneRows(*(field.contiguous().numpy() for field in rows))
-    out = planar_search(action.contiguous().numpy(), arrays, tolerance, radius.numpy())
+    out = planar_search(action.contiguous().numpy(), arrays, tolerance)
     columns = (
         out.velocity,
         out.case,
@@ -102,7 +109,7 @@ def _plane(action: Tensor, rows: UnitRows, tolerance: float, radius: Tensor) -> 
     return Found(*(torch.from_numpy(np.ascontiguousarray(column)) for column in columns))
 
 
-def _repair(found: Found, action: Tensor, rows: UnitRows, tolerance: float) -> None:
+def _repair(found: Found, action: Tensor, rows: TensorRows, tolerance: float) -> None:
     """Answer in exact arithmetic what the search could not prove.
 
     Raises:
@@ -134,7 +141,7 @@ def _repair(found: Found, action: Tensor, rows: UnitRows, tolerance: float) -> N
         found.is_proved[k] = True
 
 
-def half_spaces_of(rows: UnitRows, decision: int) -> HalfSpaces:
+def half_spaces_of(rows: TensorRows, decision: int) -> HalfSpaces:
     """View the rows of one decision as those of the filter."""
     num_rows = rows.offsets.shape[1]
     labels = np.zeros((1, num_rows, 2), dtype=np.int64)

@@ -19,6 +19,7 @@ from torch import Tensor
 
 from safefilter.backends.planar_kernel import CONTRADICTION, ROUNDING, SOLVED, STALLED
 from safefilter.differentiable.found import NO_ROW
+from safefilter.differentiable.products import combined, picked_rows, times
 
 OPEN = -1
 # A row with less than this length left across the rows held depends on them.
@@ -125,7 +126,7 @@ def _begin(normals: Tensor, offsets: Tensor, action: Tensor, threshold: Tensor) 
 
 def _step(steps: _Steps) -> None:
     """One step of every open decision: towards a row, until it holds or one of those held has to go."""
-    violation = steps.offsets - _times(steps.normals, steps.point)
+    violation = steps.offsets - times(steps.normals, steps.point)
     _enter(steps, violation)
     normal, left, shares = _split(steps)
     first, slot, full = _lengths(steps, violation, left, shares)
@@ -172,13 +173,12 @@ def _lengths(
 
 def _split(steps: _Steps) -> tuple[Tensor, Tensor, Tensor]:
     """Normal of the entering row, what of it is across the rows held, and its shares of these."""
-    index = steps.entering.clamp(min=0)[:, None, None].expand(-1, 1, steps.point.shape[1])
-    normal = steps.normals.gather(1, index)[:, 0]
-    shares = _times(steps.inverse, normal)
-    left = normal - _sum(shares, steps.held)
+    normal = picked_rows(steps.normals, steps.entering.clamp(min=0)[:, None])[:, 0]
+    shares = times(steps.inverse, normal)
+    left = normal - combined(shares, steps.held)
     # Once more: what rounding has left along the rows held goes, too.
-    rest = _times(steps.inverse, left)
-    return normal, left - _sum(rest, steps.held), shares + rest
+    rest = times(steps.inverse, left)
+    return normal, left - combined(rest, steps.held), shares + rest
 
 
 def _drop(steps: _Steps, slot: Tensor, is_dropped: Tensor) -> None:
@@ -186,7 +186,7 @@ def _drop(steps: _Steps, slot: Tensor, is_dropped: Tensor) -> None:
     is_slot = _one_hot(steps, slot, is_dropped)
     gone = (steps.inverse * is_slot[:, :, None]).sum(1)
     size = torch.where(is_dropped, (gone * gone).sum(1), 1.0)
-    along = _times(steps.inverse, gone) / size[:, None]
+    along = times(steps.inverse, gone) / size[:, None]
     inverse = steps.inverse - along[:, :, None] * gone[:, None]
     steps.inverse = torch.where(is_slot[:, :, None], 0.0, inverse)
     steps.held = torch.where(is_slot[:, :, None], 0.0, steps.held)
@@ -216,11 +216,11 @@ def _bound_of_entering(steps: _Steps) -> Tensor:
 def _settle(steps: _Steps, normal: Tensor, is_moving: Tensor) -> None:
     """Point that belongs to the multipliers, moved onto the rows held: rounding does not add up."""
     pull = torch.where(steps.entering < 0, 0.0, steps.pull)
-    point = steps.action + _sum(steps.multipliers, steps.held) + pull[:, None] * normal
+    point = steps.action + combined(steps.multipliers, steps.held) + pull[:, None] * normal
     is_held = steps.active >= 0
-    off = torch.where(is_held, steps.bounds - _times(steps.held, point), 0.0)
-    move = _sum(off, steps.inverse)
-    multipliers = (steps.multipliers + _times(steps.inverse, move)).clamp(min=0.0)
+    off = torch.where(is_held, steps.bounds - times(steps.held, point), 0.0)
+    move = combined(off, steps.inverse)
+    multipliers = (steps.multipliers + times(steps.inverse, move)).clamp(min=0.0)
     steps.point = torch.where(is_moving[:, None], point + move, steps.point)
     steps.multipliers = torch.where(is_moving[:, None], multipliers, steps.multipliers)
 
@@ -241,11 +241,3 @@ def _write(steps: _Steps, out: Projected) -> None:
     out.point[done.place] = done.point
     out.active[done.place] = torch.cat([done.active, entering[:, None]], dim=1)
     out.multipliers[done.place] = torch.cat([done.multipliers, pull[:, None]], dim=1)
-
-
-def _times(rows: Tensor, vector: Tensor) -> Tensor:
-    return torch.bmm(rows, vector[:, :, None])[:, :, 0]
-
-
-def _sum(weights: Tensor, rows: Tensor) -> Tensor:
-    return torch.bmm(weights[:, None], rows)[:, 0]

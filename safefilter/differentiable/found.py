@@ -14,13 +14,9 @@ from safefilter.decision import Case
 
 NO_ROW = -1
 
-# Bound on the length of points that the proof of t* covers, in lengths of the action and 1. Weighted normals sum to
-# zero but for rounding, so a billion would do; answers this far out come from rows that are all but parallel.
-PROOF_RADIUS = 1e3
 
-
-class UnitRows(NamedTuple):
-    """Rows ``normals @ v >= offsets`` with normals of length one.
+class TensorRows(NamedTuple):
+    """Rows ``normals @ v >= offsets`` of a batch of decisions.
 
     Attributes:
         normals: Shape (B, M, n), float64.
@@ -34,9 +30,9 @@ class UnitRows(NamedTuple):
     hard: Tensor
     present: Tensor
 
-    def part(self, index: Tensor) -> UnitRows:
+    def part(self, index: Tensor) -> TensorRows:
         """Rows of some of the decisions, a copy."""
-        return UnitRows(*(field[index] for field in self))
+        return TensorRows(*(field[index] for field in self))
 
 
 class Found(NamedTuple):

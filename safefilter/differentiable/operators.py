@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from safefilter.differentiable.answer import answer
+from safefilter.differentiable.found import TensorRows
 from safefilter.differentiable.sensitivity import Answered, gradients, least_violation_of
 
 
@@ -44,7 +45,7 @@ def project(
     Returns:
         Point, t*, case, active, multipliers, proof, weights.
     """
-    found = answer(action, normals, offsets, hard, present, tolerance)
+    found = answer(action, TensorRows(normals, offsets, hard, present), tolerance)
     given = Answered(
         action, normals, offsets, hard, found.point, found.active, found.proof, found.weights
     )
@@ -60,14 +61,7 @@ def project(
 
 
 @project.register_fake
-def _shapes(
-    action: Tensor,
-    normals: Tensor,
-    offsets: Tensor,
-    hard: Tensor,  # noqa: ARG001 - torch calls this with all arguments
-    present: Tensor,  # noqa: ARG001
-    tolerance: float,  # noqa: ARG001
-) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
+def _shapes(action: Tensor, *_: Tensor | float) -> tuple[Tensor, ...]:
     batch, size = action.shape
     return (
         torch.empty_like(action),
@@ -94,14 +88,8 @@ def project_backward(
 
 
 @project_backward.register_fake
-def _backward_shapes(
-    of_point: Tensor,
-    of_least: Tensor,  # noqa: ARG001 - torch calls this with all arguments
-    action: Tensor,
-    normals: Tensor,
-    offsets: Tensor,
-    *rest: Tensor,  # noqa: ARG001
-) -> tuple[Tensor, Tensor, Tensor]:
+def _backward_shapes(of_point: Tensor, of_least: Tensor, *given: Tensor) -> tuple[Tensor, ...]:  # noqa: ARG001 - torch calls this with all arguments
+    _, normals, offsets, *_ = given
     return torch.empty_like(of_point), torch.empty_like(normals), torch.empty_like(offsets)
 
 

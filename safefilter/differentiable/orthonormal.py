@@ -1,8 +1,8 @@
 """Rows that hold a point as an orthonormal basis: points on them, multipliers, and what is left to move in.
 
 Rows N, as many as there are variables, in slots that may be empty (all zeros). With ``N = lower @ basis``, basis
-orthonormal and lower triangular, the projection of ``a`` onto ``N v = c`` is ``a + basis' (lower^-1 (c - N a))`` and the
-multipliers ``m`` of a move ``d = N' m`` are ``lower'^-1 (basis d)``. Written for batches of small systems on any device.
+orthonormal and lower triangular, the projection of ``a`` onto ``N v = c`` is ``a + basis' (lower^-1 (c - N a))``, and
+the multipliers ``m`` of a move ``d = N' m`` are ``lower'^-1 (basis d)``. For batches of small systems, on any device.
 
 Letters: B systems, k slots, n variables.
 """
@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import torch
 from torch import Tensor
+
+from safefilter.differentiable.products import combined, lengths, times
 
 # A row that has less than this length left across the others depends on them, and its slot counts as empty.
 DEPENDENT = 1e-13
@@ -36,23 +38,23 @@ class Orthonormal(NamedTuple):
         for i in range(rows.shape[1]):
             rest = rows[:, i]
             for _ in range(2 if i else 0):
-                across = _apply(basis, rest)
-                rest = rest - _combine(basis, across)
+                across = times(basis, rest)
+                rest = rest - combined(across, basis)
                 lower[:, i] += across
-            length = torch.linalg.vector_norm(rest, dim=1)
+            length = lengths(rest)
             is_used = length > DEPENDENT
             length = torch.where(is_used, length, 1.0)
-            basis[:, i] = rest / length[:, None] * is_used[:, None]
+            basis[:, i] = rest * (is_used / length)[:, None]
             lower[:, i, i] = length
         return cls(basis, lower)
 
     def along(self, vector: Tensor) -> Tensor:
         """Coordinates of a vector, shape (B, n), in the basis, shape (B, k)."""
-        return _apply(self.basis, vector)
+        return times(self.basis, vector)
 
-    def across(self, vector: Tensor) -> Tensor:
-        """What is left of a vector, shape (B, n), once all that the rows forbid is taken away."""
-        return vector - _combine(self.basis, self.along(vector))
+    def combine(self, along: Tensor) -> Tensor:
+        """Vector of these coordinates in the basis, shape (B, n)."""
+        return combined(along, self.basis)
 
     def multipliers(self, along: Tensor) -> Tensor:
         """Weights m with ``N' m`` equal to the vector of these coordinates: back substitution, shape (B, k)."""
@@ -71,12 +73,4 @@ class Orthonormal(NamedTuple):
             for j in range(i):
                 left = left - self.lower[:, i, j] * solved[j]
             solved.append(left / self.lower[:, i, i])
-        return _combine(self.basis, torch.stack(solved, dim=1))
-
-
-def _apply(rows: Tensor, vector: Tensor) -> Tensor:
-    return torch.bmm(rows, vector[:, :, None])[:, :, 0]
-
-
-def _combine(rows: Tensor, weights: Tensor) -> Tensor:
-    return torch.bmm(weights[:, None], rows)[:, 0]
+        return combined(torch.stack(solved, dim=1), self.basis)

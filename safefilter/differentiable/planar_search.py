@@ -11,6 +11,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.batch.program import NO_FAULT, SAFE, solve
@@ -19,6 +20,10 @@ from safefilter.batch.rows import hold
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
 from safefilter.jit import formula, kernel
 from safefilter.threads import over_ranges
+
+# Bound on the length of points that the proof of t* covers, in lengths of the action and 1. Weighted normals sum to
+# zero but for rounding, so a billion would do; answers this far out come from rows that are all but parallel.
+PROOF_RADIUS = 1e3
 
 
 class PlaneRows(NamedTuple):
@@ -37,23 +42,32 @@ class PlaneRows(NamedTuple):
     present: BoolArray
 
 
-def planar_search(
-    action: FloatArray, rows: PlaneRows, tolerance: float, radius: FloatArray
-) -> Outcome:
+def planar_search(action: FloatArray, rows: PlaneRows, tolerance: float) -> Outcome:
     """Decide a batch.
 
     Args:
         action: Wanted actions, shape (B, 2), C-contiguous and finite.
         rows: Rows, all arrays C-contiguous.
         tolerance: In the unit of the action.
-        radius: Bound on the length of points that proofs cover, shape (B,).
 
     Returns:
         Its velocity, case, active, multipliers, proof, proof_multipliers, fault and optimal. Labels are pairs: the
         index of the row and 0, or -1 twice for none.
     """
     results = Results.empty(len(action))
-    work = partial(_decide_range, action, *rows, tolerance, radius, *results)
+    work = partial(
+        _decide_range,
+        action,
+        rows.normals,
+        rows.offsets,
+        rows.hard,
+        rows.present,
+        tolerance,
+        results.numbers,
+        results.labels,
+        results.codes,
+        results.flags,
+    )
     over_ranges(work, len(action))
     return outcome_of(results)
 
@@ -105,15 +119,14 @@ def _decide_range(
     is_hard: BoolArray,
     is_present: BoolArray,
     tolerance: float,
-    radius: FloatArray,
     numbers: FloatArray,
     labels: IntArray,
-    codes: IntArray,
+    codes: npt.NDArray[np.int8],
     flags: BoolArray,
     first: int,
     last: int,
 ) -> None:
-    out = outcome_of(Results(numbers, labels, codes, flags))  # type: ignore[arg-type]  # int8, not int64
+    out = outcome_of(Results(numbers, labels, codes, flags))
     buffers = row_buffers(1, offsets.shape[1])
     rows = RowLabels(buffers.array[0], buffers.label[0])
     scratch = make_scratch(0)
@@ -125,6 +138,7 @@ def _decide_range(
             continue
         out.fault[k] = NO_FAULT
         sections = Sections(0, 0, 0, num_hard, num_rows)
+        radius = PROOF_RADIUS * (1.0 + abs(x) + abs(y))
         out.velocity[k, 0], out.velocity[k, 1] = solve(
-            out, k, rows, scratch, sections, 0.0, radius[k], x, y, tolerance
+            out, k, rows, scratch, sections, 0.0, radius, x, y, tolerance
         )

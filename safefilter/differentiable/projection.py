@@ -56,8 +56,8 @@ class Projection(nn.Module):
     * Case-1, all rows hold: the action itself, bit for bit.
     * Case-2: the nearest action for which they hold.
     * Case-3, they contradict each other: of all actions that violate the soft rows least (by t*), the nearest, to
-      within ``tolerance`` of t*. Hard rows are never given up. So there is always an answer, unless hard rows contradict
-      each other, which is an error.
+      within ``tolerance`` of t*. Hard rows are never given up. So there is always an answer, unless hard rows
+      contradict each other, which is an error.
 
     Gradients with respect to the action, the normals and the offsets are those of the answer wherever it has any. Where
     it has none, they are those of one of the pieces that meet:
@@ -136,7 +136,9 @@ class Projection(nn.Module):
         _require(offsets, "offsets", action, is_mask=False)
         batch, size = action.shape
         if normals.ndim not in {2, 3}:
-            raise ShapeError(f"normals: expected shape (B, M, n) or (M, n), got {tuple(normals.shape)}")
+            raise ShapeError(
+                f"normals: expected shape (B, M, n) or (M, n), got {tuple(normals.shape)}"
+            )
         rows = (batch, normals.shape[-2])
         point, *rest = project(
             action.double(),
@@ -174,7 +176,10 @@ def as_tensors(rows: HalfSpaces, device: torch.device | str | None = None) -> di
         "hard": rows.hard,
         "present": rows.present,
     }
-    return {name: torch.from_numpy(np.array(array)).to(device or "cpu") for name, array in fields.items()}
+    return {
+        name: torch.from_numpy(np.array(array)).to(device or "cpu")
+        for name, array in fields.items()
+    }
 
 
 def _require(value: object, field: str, action: object, *, is_mask: bool) -> None:
@@ -211,5 +216,7 @@ def _spread(value: Tensor, field: str, shape: tuple[int, ...]) -> Tensor:
         ShapeError: If a value is neither of this shape nor of this one less the batch.
     """
     if tuple(value.shape) not in {shape, shape[1:]}:
-        raise ShapeError(f"{field}: expected shape {shape} or {shape[1:]}, got {tuple(value.shape)}")
+        raise ShapeError(
+            f"{field}: expected shape {shape} or {shape[1:]}, got {tuple(value.shape)}"
+        )
     return value.expand(shape)

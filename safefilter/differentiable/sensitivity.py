@@ -11,8 +11,8 @@ Kolter, OptNet, 2017, written out for a projection). For a gradient g with respe
 so Case-1 (no row held) passes g on, and a corner (as many rows as variables) lets none of it through to the action.
 
 In Case-3 soft rows are relaxed by t*, so that c = offset - t*, and t* = sum of weights_j (offset_j - normal_j . v) over
-the rows that contradict each other: its derivative has these weights (Danskin). What reaches t*, from the rows that hold
-v and from whoever uses t* itself, goes on to the rows of the proof.
+the rows that contradict each other: its derivative has these weights (Danskin). What reaches t*, from the rows that
+hold v and from whoever uses t* itself, goes on to the rows of the proof.
 
 Last, rows were divided by their length: ``normal / |normal|``, ``offset / |normal|``.
 
@@ -24,9 +24,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from safefilter.differentiable.orthonormal import Orthonormal
+from safefilter.differentiable.products import lengths, picked_rows, times
 
 
 class Answered(NamedTuple):
@@ -65,48 +66,60 @@ def gradients(given: Answered, of_point: Tensor, of_least: Tensor) -> tuple[Tens
         Shapes (B, n), (B, M, n), (B, M).
     """
     size = given.action.shape[1]
-    place, is_used = _places(given)
-    length, normal, offset = _slots(given, place, is_used)
-    is_soft = is_used & ~torch.gather(given.hard, 1, place)
-    held = Orthonormal.of(normal[:, :size])
+    # Outside of Case-3 there is nothing in the slots of proofs.
+    num_proof = size + 1 if bool((given.proof >= 0).any()) else 0
+    slots = _Slots.of(given, torch.cat([given.active, given.proof[:, :num_proof]], dim=1))
+    held = Orthonormal.of(slots.normal[:, :size])
     along = held.along(of_point)
-    of_action = of_point - torch.bmm(along[:, None], held.basis)[:, 0]
+    of_action = of_point - held.combine(along)
     pull = held.multipliers(along)
     multipliers = held.multipliers(held.along(given.point - given.action))
-    reaches_least = of_least - (pull * is_soft[:, :size]).sum(1)
-    of_offset = torch.cat([pull, reaches_least[:, None] * given.weights], dim=1)
-    of_normal = -of_offset[:, :, None] * given.point[:, None]
-    of_normal[:, :size] += multipliers[:, :, None] * of_action[:, None]
-    # Through the division by the length: along the normal, only the offset is left to move.
-    radial = (of_normal * normal).sum(2) + of_offset * offset
-    of_normal = (of_normal - radial[:, :, None] * normal) / length[:, :, None]
-    of_offset = of_offset / length
+    reaches_least = of_least - (pull * slots.is_soft[:, :size]).sum(1)
+    weights = given.weights[:, :num_proof]
+    of_offset = torch.cat([pull, reaches_least[:, None] * weights], dim=1)
+    # Of w and of v, slot by slot.
+    shares = torch.stack([nn.functional.pad(multipliers, (0, num_proof)), -of_offset], dim=2)
+    of_normal = torch.bmm(shares, torch.stack([of_action, given.point], dim=1))
+    # Through the division by the length. Since w is across the rows held, that leaves of a normal's own direction:
+    radial = of_offset * (slots.offset - slots.along(given.point))
+    of_normal = (of_normal - radial[:, :, None] * slots.normal) / slots.length[:, :, None]
     normals, offsets = torch.zeros_like(given.normals), torch.zeros_like(given.offsets)
-    normals.scatter_add_(1, place[:, :, None].expand_as(of_normal), of_normal)
-    offsets.scatter_add_(1, place, of_offset)
+    normals.scatter_add_(1, slots.place[:, :, None].expand_as(of_normal), of_normal)
+    offsets.scatter_add_(1, slots.place, of_offset / slots.length)
     return of_action, normals, offsets
 
 
 def least_violation_of(given: Answered) -> Tensor:
     """t*, shape (B,): what the weights of the proof prove, taken from the point so that rounding stays small."""
-    size = given.action.shape[1]
-    place, is_used = _places(given)
-    _, normal, offset = _slots(given, place[:, size:], is_used[:, size:])
-    distance = offset - torch.bmm(normal, given.point[:, :, None])[:, :, 0]
-    return (given.weights * distance).sum(1)
+    if not bool((given.proof >= 0).any()):
+        return torch.zeros_like(given.action[:, 0])
+    slots = _Slots.of(given, given.proof)
+    return (given.weights * (slots.offset - slots.along(given.point))).sum(1)
 
 
-def _places(given: Answered) -> tuple[Tensor, Tensor]:
-    """Index of the row in each slot, 0 where there is none, and whether there is one."""
-    slots = torch.cat([given.active, given.proof], dim=1)
-    return slots.clamp(min=0), slots >= 0
+class _Slots(NamedTuple):
+    """Rows in slots; empty slots have zeros for a row, and its length is one."""
 
+    place: Tensor  # index of the row, 0 where there is none, (B, S)
+    is_soft: Tensor  # (B, S)
+    length: Tensor  # (B, S)
+    normal: Tensor  # of length one, (B, S, n)
+    offset: Tensor  # in the unit of the action, (B, S)
 
-def _slots(given: Answered, place: Tensor, is_used: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Lengths, unit normals and unit offsets of the rows in slots; empty ones are zero, of length one."""
-    index = place[:, :, None].expand(*place.shape, given.action.shape[1])
-    normal = torch.gather(given.normals, 1, index) * is_used[:, :, None]
-    offset = torch.gather(given.offsets, 1, place) * is_used
-    length = torch.linalg.vector_norm(normal, dim=2)
-    length = torch.where(is_used, length, 1.0)
-    return length, normal / length[:, :, None], offset / length
+    @classmethod
+    def of(cls, given: Answered, rows: Tensor) -> _Slots:
+        is_used, place = rows >= 0, rows.clamp(min=0)
+        normal = picked_rows(given.normals, place)
+        length = torch.where(is_used, lengths(normal), 1.0)
+        scale = is_used / length
+        return cls(
+            place=place,
+            is_soft=is_used & ~given.hard.gather(1, place),
+            length=length,
+            normal=normal * scale[:, :, None],
+            offset=given.offsets.gather(1, place) * scale,
+        )
+
+    def along(self, vector: Tensor) -> Tensor:
+        """Normals times a vector, shape (B, n)."""
+        return times(self.normal, vector)
