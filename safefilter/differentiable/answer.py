@@ -5,7 +5,6 @@ Letters: B decisions, M rows, n variables.
 
 from __future__ import annotations
 
-import math
 from typing import NoReturn
 
 import numpy as np
@@ -13,16 +12,13 @@ import torch
 from torch import Tensor
 
 from safefilter.arrays import FloatArray
-from safefilter.backends.backend import Status
-from safefilter.decision import Fault
 from safefilter.differentiable.dense_search import dense_search
+from safefilter.differentiable.exact_answer import exact_answer
 from safefilter.differentiable.found import NO_ROW, Found, TensorRows
 from safefilter.differentiable.planar_search import PlaneRows, planar_search
 from safefilter.differentiable.products import lengths
-from safefilter.errors import BackendFailed, EmptyHardSet, NotFinite, OutOfRange
+from safefilter.errors import EmptyHardSet, NotFinite, OutOfRange
 from safefilter.half_spaces import HalfSpaces
-from safefilter.programs.nearest_velocity import nearest_velocity
-from safefilter.stand_in import stand_in
 
 # Rows this near to length one are left as they are: those of `HalfSpaces` come back bit for bit.
 UNIT_ROUNDING = 4.0 * 2.2e-16
@@ -40,7 +36,7 @@ def answer(action: Tensor, given: TensorRows, tolerance: float) -> Found:
         NotFinite: If an action or a row that is present is NaN or infinite.
         OutOfRange: If a normal is zero.
         EmptyHardSet: If hard rows contradict each other.
-        BackendFailed: If even exact arithmetic found no answer that can be proved.
+        BackendFailed: If even exact arithmetic did not settle.
     """
     if not bool(torch.isfinite(action).all()):
         place = int(torch.nonzero(~torch.isfinite(action).all(1))[0, 0])
@@ -114,30 +110,16 @@ def _repair(found: Found, action: Tensor, rows: TensorRows, tolerance: float) ->
 
     Raises:
         EmptyHardSet: If hard rows contradict each other.
-        BackendFailed: If exact arithmetic found no answer either.
     """
-    size = action.shape[1]
     for k in torch.nonzero(~found.is_proved)[:, 0].tolist():
-        system = half_spaces_of(rows, k)
-        wanted = action[k].cpu().numpy()
-        exact = stand_in(system, 0, wanted, math.inf, tolerance)
-        if exact.fault == Fault.EMPTY_HARD_SET:
-            named = _places(system, exact.proof)
-            raise EmptyHardSet(
-                f"decision {k}: no action satisfies all hard rows; rows {named} contradict each other: "
-                "relax them or make them soft"
-            )
-        if exact.fault != Fault.NONE:
-            raise BackendFailed(
-                f"decision {k}: exact arithmetic gave no answer that can be used ({exact.fault.name}); "
-                "see this error's program",
-                nearest_velocity(system, 0, wanted),
-                Status.FAILED,
-            )
-        found.point[k] = torch.as_tensor(exact.velocity)
+        try:
+            exact = exact_answer(half_spaces_of(rows, k), action[k].cpu().numpy(), tolerance)
+        except EmptyHardSet as error:
+            raise EmptyHardSet(f"decision {k}: {error}") from None
+        found.point[k] = torch.as_tensor(exact.point)
         found.case[k] = int(exact.case)
-        _write(found.active[k], found.multipliers[k], system, exact.multipliers, size)
-        _write(found.proof[k], found.weights[k], system, exact.proof, size + 1)
+        _write(found.active[k], found.multipliers[k], exact.multipliers)
+        _write(found.proof[k], found.weights[k], exact.weights)
         found.is_proved[k] = True
 
 
@@ -150,20 +132,11 @@ def half_spaces_of(rows: TensorRows, decision: int) -> HalfSpaces:
     return HalfSpaces(normals, offsets, hard, present, labels, ("row",))
 
 
-def _places(system: HalfSpaces, values: FloatArray) -> list[int]:
-    """Indices of the rows that have a value above zero, the largest first."""
-    order = np.argsort(-values, kind="stable")
-    present = np.flatnonzero(system.present[0])
-    return [int(present[row]) for row in order.tolist() if values[row] > 0.0]
-
-
-def _write(
-    places: Tensor, weights: Tensor, system: HalfSpaces, values: FloatArray, num_slots: int
-) -> None:
-    """Write rows with a multiplier into slots, the largest first."""
+def _write(places: Tensor, weights: Tensor, values: FloatArray) -> None:
+    """Write the rows that have a number above zero into slots, the largest first."""
+    order = np.argsort(-values, kind="stable")[: len(places)]
+    order = order[values[order] > 0.0]
     places.fill_(NO_ROW)
     weights.zero_()
-    named = _places(system, values)[:num_slots]
-    ordered = sorted((float(value) for value in values if value > 0.0), reverse=True)
-    for slot, row in enumerate(named):
-        places[slot], weights[slot] = row, ordered[slot]
+    places[: len(order)] = torch.as_tensor(order)
+    weights[: len(order)] = torch.as_tensor(values[order])

@@ -52,7 +52,7 @@ def _decide(action: Tensor, rows: TensorRows, tolerance: float) -> Found:
         answer.write(index, part)
     is_third = answer.least > tolerance
     polished = _polished(action, rows, answer, tolerance)
-    is_proof = _is_proof(action, rows, answer, tolerance)
+    is_proof = _is_proof(rows, answer, tolerance)
     return Found(
         point=polished.point,
         case=torch.where(is_third, int(Case.LEAST_VIOLATION), int(Case.PROJECTED)).to(torch.int8),
@@ -97,12 +97,13 @@ def _polished(action: Tensor, rows: TensorRows, answer: Relaxed, tolerance: floa
     return _Polished(point, multipliers.clamp(min=0.0), is_nearest)
 
 
-def _is_proof(action: Tensor, rows: TensorRows, answer: Relaxed, tolerance: float) -> Tensor:
+def _is_proof(rows: TensorRows, answer: Relaxed, tolerance: float) -> Tensor:
     """Do the weights prove t*? The conditions of `safefilter.backends.planar_kernel_checks.is_proof`."""
     is_used, place = answer.proof >= 0, answer.proof.clamp(min=0)
     offset = torch.where(is_used, rows.offsets.gather(1, place), 0.0)
     rest = lengths(combined(answer.weights, picked_rows(rows.normals, place)))
-    radius = PROOF_RADIUS * (1.0 + action.abs().sum(1))
+    longest = torch.where(rows.present, rows.offsets, 0.0).abs().amax(1)
+    radius = PROOF_RADIUS * (1.0 + longest)
     proved = (answer.weights * offset).sum(1) - rest * radius
     is_tight = answer.relaxation <= answer.least + 2.0 * tolerance
     return is_tight & (proved >= answer.least - tolerance)

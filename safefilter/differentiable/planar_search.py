@@ -21,8 +21,8 @@ from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
 from safefilter.jit import formula, kernel
 from safefilter.threads import over_ranges
 
-# Bound on the length of points that the proof of t* covers, in lengths of the action and 1. Weighted normals sum to
-# zero but for rounding, so a billion would do; answers this far out come from rows that are all but parallel.
+# Bound on the length of points that the proof of t* covers, in lengths of the longest offset and 1. Rows that are not
+# all but parallel meet within it, and rounding of their weights is worth less than a tolerance there.
 PROOF_RADIUS = 1e3
 
 
@@ -97,6 +97,15 @@ def order_rows(
 
 
 @formula
+def longest_offset(rows: RowLabels, num_rows: int) -> float:
+    """How far off the furthest row is."""
+    longest = 0.0
+    for m in range(num_rows):
+        longest = max(longest, abs(rows.array[2, m]))
+    return longest
+
+
+@formula
 def keep_action(out: Outcome, k: int, x: float, y: float) -> None:
     """Case-1 of decision k."""
     out.case[k], out.fault[k], out.optimal[k] = SAFE, NO_FAULT, True
@@ -138,7 +147,7 @@ def _decide_range(
             continue
         out.fault[k] = NO_FAULT
         sections = Sections(0, 0, 0, num_hard, num_rows)
-        radius = PROOF_RADIUS * (1.0 + abs(x) + abs(y))
+        radius = PROOF_RADIUS * (1.0 + longest_offset(rows, num_rows))
         out.velocity[k, 0], out.velocity[k, 1] = solve(
             out, k, rows, scratch, sections, 0.0, radius, x, y, tolerance
         )
