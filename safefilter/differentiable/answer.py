@@ -116,7 +116,7 @@ def _repair(found: Found, action: Tensor, rows: TensorRows, tolerance: float) ->
             exact = exact_answer(half_spaces_of(rows, k), action[k].cpu().numpy(), tolerance)
         except EmptyHardSet as error:
             raise EmptyHardSet(f"decision {k}: {error}") from None
-        found.point[k] = torch.as_tensor(exact.point)
+        found.point[k] = torch.tensor(exact.point)
         found.case[k] = int(exact.case)
         _write(found.active[k], found.multipliers[k], exact.multipliers)
         _write(found.proof[k], found.weights[k], exact.weights)
@@ -138,5 +138,5 @@ def _write(places: Tensor, weights: Tensor, values: FloatArray) -> None:
     order = order[values[order] > 0.0]
     places.fill_(NO_ROW)
     weights.zero_()
-    places[: len(order)] = torch.as_tensor(order)
-    weights[: len(order)] = torch.as_tensor(values[order])
+    places[: len(order)] = torch.tensor(order)
+    weights[: len(order)] = torch.tensor(values[order])

@@ -66,6 +66,8 @@ def gradients(given: Answered, of_point: Tensor, of_least: Tensor) -> tuple[Tens
         Shapes (B, n), (B, M, n), (B, M).
     """
     size = given.action.shape[1]
+    if given.normals.shape[1] == 0:
+        return of_point.clone(), torch.zeros_like(given.normals), torch.zeros_like(given.offsets)
     # Outside of Case-3 there is nothing in the slots of proofs.
     num_proof = size + 1 if bool((given.proof >= 0).any()) else 0
     slots = _Slots.of(given, torch.cat([given.active, given.proof[:, :num_proof]], dim=1))
