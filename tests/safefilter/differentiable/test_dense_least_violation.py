@@ -41,8 +41,9 @@ def test_the_least_violation_is_that_of_the_linear_program(
     assert (answer.projected.status == SOLVED).all()
     for k in range(len(question.action)):
         labels = np.zeros((1, sizes[1], 2), dtype=np.int64)
-        parts = (field[k][None].numpy() for field in question.rows)
-        program = epigraph.least_violation(HalfSpaces(*parts, labels, ("row",)), 0)
+        normals, offsets, hard, present = (field[k][None].numpy() for field in question.rows)
+        system = HalfSpaces(normals, offsets, hard, present, labels, ("row",))
+        program = epigraph.least_violation(system, 0)
         solution = Clarabel(1e-9).solve(program)
         exact = polish(program, solution, tolerance=TOLERANCE)
         assert answer.least[k].item() == pytest.approx(exact.x[-1], abs=1e-8)

@@ -20,8 +20,12 @@ SIZES = st.sampled_from([(1, 3), (2, 6), (3, 8), (6, 12)])
 
 def projected(action: list[float], normals: list[list[float]], offsets: list[float]) -> Projected:
     """One decision, to the last bits."""
-    as_tensor = (torch.tensor([part], dtype=torch.float64) for part in (normals, offsets, action))
-    return project(*as_tensor, torch.zeros(1, dtype=torch.float64))
+    return project(
+        torch.tensor([normals], dtype=torch.float64),
+        torch.tensor([offsets], dtype=torch.float64),
+        torch.tensor([action], dtype=torch.float64),
+        torch.zeros(1, dtype=torch.float64),
+    )
 
 
 def program_of(action: Tensor, normals: Tensor, offsets: Tensor) -> ConvexProgram:

@@ -71,8 +71,8 @@ def test_the_order_of_rows_does_not_matter(seed: int) -> None:
     present, action = rng.random((1, 6)) < 0.8, rng.normal(size=(1, 2))
     order = rng.permutation(6)
     first = planar_search(action, PlaneRows(normals, offsets, hard, present), TOLERANCE)
-    parts = (np.ascontiguousarray(part[:, order]) for part in (normals, offsets, hard, present))
-    second = planar_search(action, PlaneRows(*parts), TOLERANCE)
+    moved = PlaneRows(normals[:, order], offsets[:, order], hard[:, order], present[:, order])
+    second = planar_search(action, moved, TOLERANCE)
     assert first.case[0] == second.case[0]
     np.testing.assert_allclose(first.velocity, second.velocity, atol=1e-8)
     assert all(present[0, row] for row in rows_of(first.active[0]) if row >= 0)
@@ -86,5 +86,6 @@ def test_a_large_batch_is_that_of_its_parts() -> None:
     rows = PlaneRows(normals, offsets, hard, ~hard)
     action = rng.normal(size=(5000, 2))
     whole = planar_search(action, rows, TOLERANCE)
-    part = planar_search(action[4000:], PlaneRows(*(field[4000:] for field in rows)), TOLERANCE)
+    last = PlaneRows(normals[4000:], offsets[4000:], rows.hard[4000:], rows.present[4000:])
+    part = planar_search(action[4000:], last, TOLERANCE)
     assert whole.velocity[4000:].tolist() == part.velocity.tolist()

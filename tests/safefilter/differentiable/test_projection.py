@@ -104,10 +104,10 @@ def test_the_derivative_foresees_small_changes(ask: Ask, seed: int, size: int) -
     leaves = (question.action, question.normals, question.offsets)
     directions = [torch.randn(leaf.shape, generator=rng, dtype=leaf.dtype) for leaf in leaves]
     out = torch.randn(answered.point.shape, generator=rng, dtype=torch.float64)
-    ((answered.point * out).sum(1) + answered.least_violation).sum().backward()
+    ((answered.point * out).sum(1) + answered.least_violation).sum().backward()  # type: ignore[no-untyped-call]  # torch's own
     slope = sum(
         (leaf.grad * d).flatten(1).sum(1) for leaf, d in zip(leaves, directions, strict=True)
-    )  # type: ignore[operator]  # leaves have gradients
+    )
     step, values, same = 1e-6, [], torch.ones(20, dtype=torch.bool)
     for sign in (1.0, -1.0):
         moved = [
@@ -160,7 +160,7 @@ def test_turning_the_world_turns_the_answer_and_its_gradient(ask: Ask, seed: int
     ).Q
     first, second = question.with_gradients(), question.with_gradients()
     weights = torch.tensor([1.0, -2.0, 0.5], dtype=torch.float64)
-    (point_of(first) @ weights).sum().backward()
+    (point_of(first) @ weights).sum().backward()  # type: ignore[no-untyped-call]  # torch's own
     turned = Projection()(
         second.action @ turn.T, second.normals @ turn.T, second.offsets, **question.masks
     )
@@ -206,7 +206,8 @@ def test_torch_compile_takes_it_without_a_break(ask: Ask) -> None:
     projection = Projection()
 
     def loss(action: Tensor, normals: Tensor, offsets: Tensor) -> Tensor:
-        return projection(torch.tanh(action), normals, offsets, **question.masks).square().sum()
+        safe: Tensor = projection(torch.tanh(action), normals, offsets, **question.masks)
+        return safe.square().sum()
 
     compiled: Any = torch.compile(loss, backend="aot_eager", fullgraph=True)
     leaves = (question.action, question.normals, question.offsets)
@@ -236,7 +237,7 @@ def test_on_cuda_it_answers_as_on_the_cpu(ask: Ask) -> None:
     point = Projection()(*leaves, **masks)
     point.square().sum().backward()
     own = point_of(here)
-    own.square().sum().backward()
+    own.square().sum().backward()  # type: ignore[no-untyped-call]  # torch's own
     torch.testing.assert_close(point.cpu(), own, atol=1e-8, rtol=0.0)
     torch.testing.assert_close(leaves[0].grad.cpu(), here.action.grad, atol=1e-7, rtol=0.0)
 
