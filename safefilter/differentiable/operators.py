@@ -46,12 +46,10 @@ def project(
         Point, t*, case, active, multipliers, proof, weights.
     """
     found = answer(action, TensorRows(normals, offsets, hard, present), tolerance)
-    given = Answered(
-        action, normals, offsets, hard, found.point, found.active, found.proof, found.weights
-    )
+    answered = (found.point, found.active, found.multipliers, found.proof, found.weights)
     return (
         found.point,
-        least_violation_of(given),
+        least_violation_of(Answered(normals, offsets, hard, *answered)),
         found.case,
         found.active,
         found.multipliers,
@@ -77,8 +75,8 @@ def _shapes(action: Tensor, *_: Tensor | float) -> tuple[Tensor, ...]:
 @torch.library.custom_op(
     "safefilter::project_backward",
     mutates_args=(),
-    schema="(Tensor of_point, Tensor of_least, Tensor action, Tensor normals, Tensor offsets, Tensor hard,"
-    " Tensor point, Tensor active, Tensor proof, Tensor weights) -> (Tensor, Tensor, Tensor)",
+    schema="(Tensor of_point, Tensor of_least, Tensor normals, Tensor offsets, Tensor hard, Tensor point,"
+    " Tensor active, Tensor multipliers, Tensor proof, Tensor weights) -> (Tensor, Tensor, Tensor)",
 )
 def project_backward(
     of_point: Tensor, of_least: Tensor, *given: Tensor
@@ -89,14 +87,14 @@ def project_backward(
 
 @project_backward.register_fake
 def _backward_shapes(of_point: Tensor, of_least: Tensor, *given: Tensor) -> tuple[Tensor, ...]:  # noqa: ARG001 - torch calls this with all arguments
-    _, normals, offsets, *_ = given
+    normals, offsets, *_ = given
     return torch.empty_like(of_point), torch.empty_like(normals), torch.empty_like(offsets)
 
 
 def _keep(ctx: Any, inputs: tuple[Any, ...], output: tuple[Tensor, ...]) -> None:
-    action, normals, offsets, hard, _, _ = inputs
-    point, _, _, active, _, proof, weights = output
-    ctx.save_for_backward(action, normals, offsets, hard, point, active, proof, weights)
+    _, normals, offsets, hard, _, _ = inputs
+    point, _, _, active, multipliers, proof, weights = output
+    ctx.save_for_backward(normals, offsets, hard, point, active, multipliers, proof, weights)
 
 
 def _backward(

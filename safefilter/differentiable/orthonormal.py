@@ -35,12 +35,14 @@ class Orthonormal(NamedTuple):
     def of(cls, rows: Tensor) -> Orthonormal:
         """Take rows of length one or zero, shape (B, k, n), apart by Gram and Schmidt, twice for accuracy."""
         basis, lower = torch.zeros_like(rows), rows.new_zeros(*rows.shape[:2], rows.shape[1])
-        for i in range(rows.shape[1]):
+        basis[:, 0] = rows[:, 0]
+        lower[:, 0, 0] = 1.0
+        for i in range(1, rows.shape[1]):
             rest = rows[:, i]
-            for _ in range(2 if i else 0):
-                across = times(basis, rest)
-                rest = rest - combined(across, basis)
-                lower[:, i] += across
+            for _ in range(2):
+                across = times(basis[:, :i], rest)
+                rest = rest - combined(across, basis[:, :i])
+                lower[:, i, :i] += across
             length = lengths(rest)
             is_used = length > DEPENDENT
             length = torch.where(is_used, length, 1.0)

@@ -14,9 +14,10 @@ In Case-3 soft rows are relaxed by t*, so that c = offset - t*, and t* = sum of 
 the rows that contradict each other: its derivative has these weights (Danskin). What reaches t*, from the rows that
 hold v and from whoever uses t* itself, goes on to the rows of the proof.
 
-Last, rows were divided by their length: ``normal / |normal|``, ``offset / |normal|``.
+Last, rows were divided by their length, ``normal / |normal|`` and ``offset / |normal|``, which takes
+``violation * (gradient of the offset)`` from the gradient along a normal: 0 for rows that hold exactly.
 
-Letters: B decisions, M rows, n variables, S = 2 n + 1 slots: rows that hold the point, then those of the proof.
+Letters: B decisions, M rows, n variables, S slots for rows.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from safefilter.differentiable.orthonormal import Orthonormal
 from safefilter.differentiable.products import lengths, picked_rows, times
@@ -34,94 +35,121 @@ class Answered(NamedTuple):
     """A question and its answer.
 
     Attributes:
-        action: Shape (B, n).
         normals: Of any length, shape (B, M, n).
         offsets: Shape (B, M).
         hard: Shape (B, M).
         point: Shape (B, n).
         active: Shape (B, n).
+        multipliers: Shape (B, n).
         proof: Shape (B, n + 1).
         weights: Shape (B, n + 1).
     """
 
-    action: Tensor
     normals: Tensor
     offsets: Tensor
     hard: Tensor
     point: Tensor
     active: Tensor
+    multipliers: Tensor
     proof: Tensor
     weights: Tensor
 
+    def part(self, index: Tensor) -> Answered:
+        """Some of the decisions, a copy."""
+        return Answered(*(field[index] for field in self))
 
-def gradients(given: Answered, of_point: Tensor, of_least: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+
+class Gradients(NamedTuple):
+    """Gradients with respect to the question.
+
+    Attributes:
+        action: Shape (B, n).
+        normals: Shape (B, M, n).
+        offsets: Shape (B, M).
+    """
+
+    action: Tensor
+    normals: Tensor
+    offsets: Tensor
+
+
+def gradients(given: Answered, of_point: Tensor, of_least: Tensor) -> Gradients:
     """Gradients with respect to the action, the normals and the offsets.
 
     Args:
         given: Question and answer.
         of_point: Gradient with respect to the point, shape (B, n).
         of_least: Gradient with respect to t*, shape (B,).
-
-    Returns:
-        Shapes (B, n), (B, M, n), (B, M).
     """
-    size = given.action.shape[1]
+    out = Gradients(
+        of_point.clone(), torch.zeros_like(given.normals), torch.zeros_like(given.offsets)
+    )
     if given.normals.shape[1] == 0:
-        return of_point.clone(), torch.zeros_like(given.normals), torch.zeros_like(given.offsets)
-    # Outside of Case-3 there is nothing in the slots of proofs.
-    num_proof = size + 1 if bool((given.proof >= 0).any()) else 0
-    slots = _Slots.of(given, torch.cat([given.active, given.proof[:, :num_proof]], dim=1))
-    held = Orthonormal.of(slots.normal[:, :size])
-    along = held.along(of_point)
-    of_action = of_point - held.combine(along)
-    pull = held.multipliers(along)
-    multipliers = held.multipliers(held.along(given.point - given.action))
-    reaches_least = of_least - (pull * slots.is_soft[:, :size]).sum(1)
-    weights = given.weights[:, :num_proof]
-    of_offset = torch.cat([pull, reaches_least[:, None] * weights], dim=1)
-    # Of w and of v, slot by slot.
-    shares = torch.stack([nn.functional.pad(multipliers, (0, num_proof)), -of_offset], dim=2)
-    of_normal = torch.bmm(shares, torch.stack([of_action, given.point], dim=1))
-    # Through the division by the length. Since w is across the rows held, that leaves of a normal's own direction:
-    radial = of_offset * (slots.offset - slots.along(given.point))
-    of_normal = (of_normal - radial[:, :, None] * slots.normal) / slots.length[:, :, None]
-    normals, offsets = torch.zeros_like(given.normals), torch.zeros_like(given.offsets)
-    normals.scatter_add_(1, slots.place[:, :, None].expand_as(of_normal), of_normal)
-    offsets.scatter_add_(1, slots.place, of_offset / slots.length)
-    return of_action, normals, offsets
+        return out
+    held = _Slots.of(given, given.active)
+    basis = Orthonormal.of(held.normal)
+    along = basis.along(of_point)
+    out.action.sub_(basis.combine(along))
+    pull = basis.multipliers(along)
+    shares = torch.stack([given.multipliers, -pull], dim=2)
+    of_normal = torch.bmm(shares, torch.stack([out.action, given.point], dim=1))
+    held.add(out, of_normal, pull)
+    index = torch.nonzero((given.proof >= 0).any(1))[:, 0]
+    if len(index) > 0:
+        third = Gradients(*(field[index] for field in out))
+        _add_through_least(third, given.part(index), pull[index], of_least[index])
+        for whole, own in zip(out, third, strict=True):
+            whole[index] = own
+    return out
 
 
 def least_violation_of(given: Answered) -> Tensor:
     """t*, shape (B,): what the weights of the proof prove, taken from the point so that rounding stays small."""
-    if not bool((given.proof >= 0).any()):
-        return torch.zeros_like(given.action[:, 0])
-    slots = _Slots.of(given, given.proof)
-    return (given.weights * (slots.offset - slots.along(given.point))).sum(1)
+    least = torch.zeros_like(given.point[:, 0])
+    index = torch.nonzero((given.proof >= 0).any(1))[:, 0]
+    if len(index) > 0:
+        third = given.part(index)
+        violation = _Slots.of(third, third.proof).violation(third)
+        least[index] = (third.weights * violation).sum(1)
+    return least
+
+
+def _add_through_least(out: Gradients, given: Answered, pull: Tensor, of_least: Tensor) -> None:
+    """Add what Case-3 is about: soft rows held are relaxed by t*, and t* hangs on the rows of its proof."""
+    held, proof = _Slots.of(given, given.active), _Slots.of(given, given.proof)
+    # Held at a distance, a row moves with its length as well, if that is divided by.
+    radial = pull * held.violation(given)
+    held.add(out, -radial[:, :, None] * held.normal, torch.zeros_like(pull))
+    is_soft = (given.active >= 0) & ~given.hard.gather(1, held.place)
+    reaches_least = of_least - (pull * is_soft).sum(1)
+    of_offset = reaches_least[:, None] * given.weights
+    radial = of_offset * proof.violation(given)
+    of_normal = -of_offset[:, :, None] * given.point[:, None] - radial[:, :, None] * proof.normal
+    proof.add(out, of_normal, of_offset)
 
 
 class _Slots(NamedTuple):
-    """Rows in slots; empty slots have zeros for a row, and its length is one."""
+    """Rows in slots; empty slots have zeros for a normal, and its length is one."""
 
     place: Tensor  # index of the row, 0 where there is none, (B, S)
-    is_soft: Tensor  # (B, S)
+    is_used: Tensor  # (B, S)
     length: Tensor  # (B, S)
     normal: Tensor  # of length one, (B, S, n)
-    offset: Tensor  # in the unit of the action, (B, S)
 
     @classmethod
     def of(cls, given: Answered, rows: Tensor) -> _Slots:
         is_used, place = rows >= 0, rows.clamp(min=0)
         normal = picked_rows(given.normals, place)
         length = torch.where(is_used, lengths(normal), 1.0)
-        scale = is_used / length
-        return cls(
-            place=place,
-            is_soft=is_used & ~given.hard.gather(1, place),
-            length=length,
-            normal=normal * scale[:, :, None],
-            offset=given.offsets.gather(1, place) * scale,
-        )
+        return cls(place, is_used, length, normal * (is_used / length)[:, :, None])
 
-    def along(self, vector: Tensor) -> Tensor:
-        """Normals times a vector, shape (B, n)."""
-        return times(self.normal, vector)
+    def violation(self, given: Answered) -> Tensor:
+        """Distance of the point outside of each row, shape (B, S); 0 for empty slots."""
+        offset = given.offsets.gather(1, self.place) * (self.is_used / self.length)
+        return offset - times(self.normal, given.point)
+
+    def add(self, out: Gradients, of_normal: Tensor, of_offset: Tensor) -> None:
+        """Add gradients of unit rows to those of the rows as they were given; 0 for empty slots."""
+        of_normal = of_normal / self.length[:, :, None]
+        out.normals.scatter_add_(1, self.place[:, :, None].expand_as(of_normal), of_normal)
+        out.offsets.scatter_add_(1, self.place, of_offset / self.length)

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from safefilter.differentiable.answer import answer
 from safefilter.differentiable.found import TensorRows
-from safefilter.differentiable.sensitivity import Answered, gradients, least_violation_of
+from safefilter.differentiable.sensitivity import Answered, Gradients, gradients, least_violation_of
 
 Ask = Callable[..., Any]
 TOLERANCE = 1e-9
@@ -23,23 +23,32 @@ def answered(
     hard: list[bool] | None = None,
 ) -> Answered:
     """One decision."""
-    given_rows = TensorRows(
+    rows = TensorRows(
         torch.tensor([normals], dtype=torch.float64),
         torch.tensor([offsets], dtype=torch.float64),
         torch.tensor([hard or [False] * len(offsets)]),
         torch.ones(1, len(offsets), dtype=torch.bool),
     )
-    return answered_of(torch.tensor([action], dtype=torch.float64), given_rows)
+    return answered_of(torch.tensor([action], dtype=torch.float64), rows)
 
 
 def answered_of(action: Tensor, rows: TensorRows) -> Answered:
     found = answer(action, rows, TOLERANCE)
-    return Answered(action, *rows[:3], found.point, found.active, found.proof, found.weights)
+    return Answered(
+        rows.normals,
+        rows.offsets,
+        rows.hard,
+        found.point,
+        found.active,
+        found.multipliers,
+        found.proof,
+        found.weights,
+    )
 
 
-def jacobian(question: Answered) -> list[tuple[Tensor, Tensor, Tensor]]:
+def jacobian(question: Answered) -> list[Gradients]:
     """Gradients of each coordinate of the point."""
-    batch, size = question.action.shape
+    batch, size = question.point.shape
     none = torch.zeros(batch, dtype=torch.float64)
     seeds = torch.eye(size, dtype=torch.float64)
     return [gradients(question, seed.expand(batch, size), none) for seed in seeds]
@@ -48,7 +57,7 @@ def jacobian(question: Answered) -> list[tuple[Tensor, Tensor, Tensor]]:
 def of_least(question: Answered) -> list[float]:
     """Gradient of t* with respect to the offsets of one decision."""
     one = torch.ones(1, dtype=torch.float64)
-    _, _, offsets = gradients(question, torch.zeros_like(question.action), one)
+    _, _, offsets = gradients(question, torch.zeros_like(question.point), one)
     row: list[float] = offsets[0].tolist()
     return row
 
