@@ -18,6 +18,7 @@ from safefilter.arrays import (
     BoolArray,
     FloatArray,
     IntArray,
+    all_true,
     array_code,
     finite_array,
     frozen,
@@ -26,7 +27,7 @@ from safefilter.arrays import (
 )
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.lidar import Lidar
-from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours
+from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours, longest_list
 from safefilter.outlines import OwnWalls, shared_walls
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ class Scene:
             seen, first = require_kind(lidar, "lidar", Lidar).walls(
                 position, directions, state[:, RADIUS].copy(), numbers
             )
-            wall_range, most_own = np.stack([first[:-1], first[1:]], axis=1), _longest(first)
+            wall_range, most_own = np.stack([first[:-1], first[1:]], axis=1), longest_list(first)
         return cls(
             state=frozen(state),
             cooperative=frozen(_flags(cooperative, num_robots)),
@@ -170,7 +171,7 @@ class Scene:
             reach=limit,
             neighbour_start=frozen(start),
             neighbours=frozen(neighbours),
-            most_neighbours=_longest(start),
+            most_neighbours=longest_list(start),
             walls=frozen(np.concatenate([known, seen]) if len(known) else seen),
             num_shared_walls=len(known),
             wall_range=frozen(wall_range + len(known) if len(known) else wall_range),
@@ -245,14 +246,9 @@ def _one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | F
     return value if isinstance(value, int | float) else per_robot(value, field, num_robots)
 
 
-def _longest(start: IntArray) -> int:
-    """Length of the longest of the lists that start there."""
-    return int((start[1:] - start[:-1]).max(initial=0))
-
-
 def _require_usable(state: FloatArray) -> None:
     """Look at everything at once; only where something is wrong find out what. Comparisons with NaN are false."""
-    if (np.abs(state) <= _LARGEST).all() and (state[:, RADIUS:] >= _LEAST).all():
+    if all_true(np.abs(state) <= _LARGEST) and all_true(state[:, RADIUS:] >= _LEAST):
         return
     for field, column in (("position", X), ("velocity", V_X), ("wanted", WANTED_X)):
         _bounded(state[:, column : column + 2], field)

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arguments import real_number
-from safefilter.arrays import FloatArray, IntArray, positive_number
+from safefilter.arrays import BoolArray, FloatArray, IntArray, positive_number
 from safefilter.constraints.responsibility import room
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
 from safefilter.constraints.scene_arrays import SceneArrays
@@ -202,11 +202,13 @@ class Separation:
         """
         if scene.num_robots == 0:
             return 0.0
-        passive = scene.velocity[~scene.cooperative]
-        seen = float(np.sqrt((passive**2).sum(axis=1)).max(initial=self.passive_speed))
-        own = float(speed_limit.max())
-        return (
-            2.0 * float(scene.radius.max()) + (own + max(own, seen)) * self.dt + self.safety_margin
+        return _required_reach(
+            scene.state,
+            scene.cooperative,
+            speed_limit,
+            self.dt,
+            self.safety_margin,
+            self.passive_speed,
         )
 
     def half_spaces(self, scene: Scene, action: FloatArray, index: IntArray) -> HalfSpaces:  # noqa: ARG002
@@ -221,6 +223,26 @@ class Separation:
             SceneArrays.of(scene), self.settings(0, 1), unlimited, index, capacity
         )
         return half_spaces_from_rows(array, label, count, count, (self.name, self.wall_name))
+
+
+@kernel
+def _required_reach(  # a kernel takes arrays and numbers
+    state: FloatArray,
+    cooperative: BoolArray,
+    speed_limit: FloatArray,
+    dt: float,
+    safety_margin: float,
+    passive_speed: float,
+) -> float:
+    """See `Separation.required_reach`. A kernel, because few decisions are short: numpy needs 10 us."""
+    radius, own, seen = 0.0, 0.0, passive_speed
+    for i in range(len(state)):
+        radius = max(radius, state[i, RADIUS])
+        own = max(own, speed_limit[i])
+        if not cooperative[i]:
+            speed_squared = state[i, V_X] * state[i, V_X] + state[i, V_Y] * state[i, V_Y]
+            seen = max(seen, math.sqrt(speed_squared))
+    return 2.0 * radius + (own + max(own, seen)) * dt + safety_margin
 
 
 @kernel
