@@ -6,7 +6,6 @@ wishes is projected onto rows for discs and speed; gradients go back through pro
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import torch
@@ -15,10 +14,8 @@ from torch import Tensor, nn
 from safefilter.differentiable import Projection
 
 CENTRES, GOAL = torch.tensor([[0.0, 0.1], [0.6, -0.9], [0.7, 1.0]]), torch.tensor([1.8, 0.0])
-ANGLES = torch.arange(16) * (2.0 * math.pi / 16)
-SIDES = torch.stack([ANGLES.cos(), ANGLES.sin()], dim=1)
-RADIUS, V_MAX, DT, STEPS = 0.5, 0.5, 0.25, 36
-ROBOTS, UPDATES, RATE = 64, 60, 0.01
+SIDES = torch.view_as_real(torch.polar(torch.ones(16), torch.arange(16) * (torch.pi / 8)))
+RADIUS, V_MAX, DT, STEPS, ROBOTS, UPDATES = 0.5, 0.5, 0.25, 36, 64, 60
 
 
 class Drive(NamedTuple):
@@ -43,7 +40,7 @@ def rows(position: Tensor) -> tuple[Tensor, Tensor]:
 def drive(policy: nn.Module) -> Drive:
     """Let the policy drive from a line in front of the discs, every velocity through the filter."""
     position = torch.stack([torch.full((ROBOTS,), -1.5), torch.linspace(-1.0, 1.0, ROBOTS)], dim=1)
-    cost, correction, gap, lost = torch.zeros(()), torch.zeros(()), math.inf, 0.0
+    cost, correction, gap, lost = torch.zeros(()), torch.zeros(()), torch.inf, 0.0
     for _ in range(STEPS):
         wish = policy(torch.cat([position, GOAL - position], dim=1))
         safe = Projection().solve(wish, *rows(position), hard=torch.ones(19, dtype=torch.bool))
@@ -59,10 +56,10 @@ def train(size: float, penalty: float) -> tuple[Drive, Drive]:
     """Train a policy whose first wishes are of some size, in m/s; returns its drives before and after."""
     torch.manual_seed(0)
     last = nn.Linear(32, 2)
-    nn.init.constant_(last.bias, size / math.sqrt(2.0))
+    nn.init.constant_(last.bias, size / 2.0**0.5)
     policy = nn.Sequential(nn.Linear(4, 32), nn.Tanh(), last)
     before = driven = drive(policy)
-    optimiser = torch.optim.Adam(policy.parameters(), RATE)
+    optimiser = torch.optim.Adam(policy.parameters(), lr=0.01)
     for _ in range(UPDATES):
         optimiser.zero_grad()
         torch.autograd.backward(driven.cost + penalty * driven.correction)
