@@ -67,13 +67,12 @@ class ShortestWays:
         """
         lengths = np.empty(position.shape[:2])
         place, goal = np.ascontiguousarray(position), np.ascontiguousarray(world.goal)
-        num_worlds, num_robots = lengths.shape
         over_worlds(
             lambda first, last: _look_up(
                 first, last, self._field, self._corner, place, goal, lengths
             ),
-            num_worlds,
-            num_robots,
+            world.num_worlds,
+            world.num_robots,
         )
         return lengths
 
