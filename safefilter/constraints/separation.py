@@ -25,54 +25,25 @@ import numpy as np
 
 from safefilter.arguments import real_number
 from safefilter.arrays import FloatArray, IntArray, positive_number
+from safefilter.constraints.budgets import (
+    approach,
+    clearance,
+    cooperative_budget,
+    passive_budget,
+)
 from safefilter.constraints.responsibility import room
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
 from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.constraints.separation_in_space import separation_rows_in_space
 from safefilter.constraints.velocity_obstacle import VANISHING
 from safefilter.constraints.walls import add_wall_rows
 from safefilter.errors import OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
-from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y
+from safefilter.scene import PLANE, PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y
 
 # Keeps rounding of positions from turning "touching" into "overlapping".
 SAFETY_MARGIN = 1e-6
-
-
-@formula
-def clearance(distance: float, radius: float, other_radius: float, margin: float) -> float:
-    """Free distance between two discs, less the margin; negative where they overlap."""
-    return distance - radius - other_radius - margin
-
-
-@formula
-def shared_budget(gap: float, own_room: float) -> float:
-    """Advance allowed by priority."""
-    return own_room * gap
-
-
-@formula
-def spare_budget(gap: float, other_reach: float) -> float:
-    """Advance that is safe even if the other spends all of its reach."""
-    return gap - other_reach
-
-
-@formula
-def approach(e_x: float, e_y: float, v_x: float, v_y: float, dt: float) -> float:
-    """How far a neighbour at the far end of e comes nearer during the step; negative if it recedes."""
-    return -(e_x * v_x + e_y * v_y) * dt
-
-
-@formula
-def cooperative_budget(gap: float, own_room: float, other_reach: float) -> float:
-    """Advance allowed towards a neighbour that keeps its own budget."""
-    return max(shared_budget(gap, own_room), spare_budget(gap, other_reach))
-
-
-@formula
-def passive_budget(gap: float, credited_approach: float) -> float:
-    """Advance allowed towards a neighbour that is not filtered: a receding one is given no credit."""
-    return max(0.0, spare_budget(gap, max(0.0, credited_approach)))
 
 
 class SeparationSettings(NamedTuple):
@@ -217,7 +188,8 @@ class Separation:
         """
         unlimited = np.full(scene.num_robots, np.inf)
         capacity = scene.most_neighbours + scene.most_walls
-        array, label, count = _separation_rows(
+        make = _separation_rows if scene.dimension == PLANE else separation_rows_in_space
+        array, label, count = make(
             SceneArrays.of(scene), self.settings(0, 1), unlimited, index, capacity
         )
         return half_spaces_from_rows(array, label, count, count, (self.name, self.wall_name))

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safefilter.constraints.priority_orca import NEVER, PriorityORCA, time_to_collision
+from safefilter.constraints.priority_orca import PriorityORCA
+from safefilter.constraints.urgency import NEVER, time_to_collision
 from safefilter.scene import Scene
 
 
