@@ -27,7 +27,7 @@ from envs.snapshot import Parts, Snapshot
 from envs.step_kernel import Motion, StepInputs, step_worlds
 from envs.walls import WallArrays, WallMap
 from envs.world import World, over_worlds
-from safefilter.arrays import FloatArray, finite_array, frozen, require_positive
+from safefilter.arrays import FloatArray, all_true, finite_array, frozen, require_positive
 from safefilter.batch.records import plain
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
@@ -98,6 +98,8 @@ class Navigation:
         # Another moment's walls: nothing is kept yet.
         self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
+        # Rising, with room between worlds for those who are gone: worlds stay blocks of rows.
+        self._world_numbers = np.repeat((shape[1] + 1) * np.arange(num_worlds), shape[1])
 
     def reset(
         self, seed: int | None = None, *, worlds: npt.ArrayLike = True, first_episode: int = 0
@@ -213,12 +215,11 @@ class Navigation:
         Args:
             actions: What all want to do, shape (W, N, 2), for filters that share it.
         """
-        world = self.world
-        # Rising numbers, with room between them for those who are gone: worlds stay blocks of rows.
-        width = world.num_robots + 1
-        numbers = np.repeat(width * np.arange(world.num_worlds), world.num_robots)
-        gone = np.flatnonzero(~world.present.ravel())
-        numbers[gone] += 1 + gone % world.num_robots
+        numbers = self._world_numbers
+        if not all_true(self.world.present):
+            gone = np.flatnonzero(~self.world.present.ravel())
+            numbers = numbers.copy()
+            numbers[gone] += 1 + gone % self.world.num_robots
         return self._scene(slice(None), numbers, actions)
 
     def scene(self, world: int = 0, actions: FloatArray | None = None) -> Scene:

@@ -45,7 +45,7 @@ def find_neighbours(
     if len(position) <= ALL_PAIRS_LIMIT or math.isinf(reach):
         return _all_pairs(position, world, reach)
     blocks = blocks_of(world)
-    if (blocks[1:] - blocks[:-1]).max() <= ALL_PAIRS_LIMIT:
+    if longest_list(blocks) <= ALL_PAIRS_LIMIT:
         return _pairs_in_blocks(position, world, reach, blocks)
     grid = fill_grid(position, world, reach)
     parts: dict[int, tuple[IntArray, IntArray]] = {}
@@ -58,6 +58,15 @@ def find_neighbours(
     start = np.zeros(len(position) + 1, dtype=np.int64)
     np.cumsum(np.concatenate([count for count, _ in ordered]), out=start[1:])
     return start, np.concatenate([found for _, found in ordered])
+
+
+@kernel
+def longest_list(start: IntArray) -> int:
+    """Length of the longest of the lists that start there; the last entry is where the last one ends."""
+    longest = 0
+    for k in range(1, len(start)):
+        longest = max(longest, start[k] - start[k - 1])
+    return longest
 
 
 class Grid(NamedTuple):

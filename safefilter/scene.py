@@ -18,6 +18,7 @@ from safefilter.arrays import (
     BoolArray,
     FloatArray,
     IntArray,
+    all_true,
     array_code,
     finite_array,
     frozen,
@@ -27,7 +28,7 @@ from safefilter.arrays import (
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.jit import formula
 from safefilter.lidar import Lidar
-from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours
+from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours, longest_list
 from safefilter.neighbours_in_space import find_neighbours_in_space
 from safefilter.outlines import OwnWalls, shared_walls
 
@@ -181,7 +182,7 @@ class Scene:
             seen, first = require_kind(lidar, "lidar", Lidar).walls(
                 position, directions, state[:, -2].copy(), numbers
             )
-            wall_range, most_own = np.stack([first[:-1], first[1:]], axis=1), _longest(first)
+            wall_range, most_own = np.stack([first[:-1], first[1:]], axis=1), longest_list(first)
         return cls(
             state=frozen(state),
             cooperative=frozen(_flags(cooperative, num_robots)),
@@ -191,7 +192,7 @@ class Scene:
             reach=limit,
             neighbour_start=frozen(start),
             neighbours=frozen(neighbours),
-            most_neighbours=_longest(start),
+            most_neighbours=longest_list(start),
             walls=frozen(np.concatenate([known, seen]) if len(known) else seen),
             num_shared_walls=len(known),
             wall_range=frozen(wall_range + len(known) if len(known) else wall_range),
@@ -271,11 +272,6 @@ def _one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | F
     return value if isinstance(value, int | float) else per_robot(value, field, num_robots)
 
 
-def _longest(start: IntArray) -> int:
-    """Length of the longest of the lists that start there."""
-    return int((start[1:] - start[:-1]).max(initial=0))
-
-
 def _positions(value: npt.ArrayLike) -> FloatArray:
     """Check positions; how many columns they have says where the robots live."""
     position = finite_array(value, "position", ("N", "2 or 3"))
@@ -300,7 +296,7 @@ def _require_no(**is_given: bool) -> None:
 
 def _require_usable(state: FloatArray, size: int) -> None:
     """Look at everything at once; only where something is wrong find out what. Comparisons with NaN are false."""
-    if (np.abs(state) <= _LARGEST[size]).all() and (state[:, -2:] >= _LEAST).all():
+    if all_true(np.abs(state) <= _LARGEST[size]) and all_true(state[:, -2:] >= _LEAST):
         return
     for number, field in enumerate(("position", "velocity", "wanted")):
         _bounded(state[:, number * size : (number + 1) * size], field)

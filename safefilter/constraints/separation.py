@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arguments import real_number
-from safefilter.arrays import FloatArray, IntArray, positive_number
+from safefilter.arrays import BoolArray, FloatArray, IntArray, positive_number
 from safefilter.constraints.budgets import (
     approach,
     clearance,
@@ -40,7 +40,7 @@ from safefilter.constraints.walls import add_wall_rows
 from safefilter.errors import OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
-from safefilter.scene import PLANE, PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y
+from safefilter.scene import PLANE, PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y, columns_of
 
 # Keeps rounding of positions from turning "touching" into "overlapping".
 SAFETY_MARGIN = 1e-6
@@ -173,11 +173,13 @@ class Separation:
         """
         if scene.num_robots == 0:
             return 0.0
-        passive = scene.velocity[~scene.cooperative]
-        seen = float(np.sqrt((passive**2).sum(axis=1)).max(initial=self.passive_speed))
-        own = float(speed_limit.max())
-        return (
-            2.0 * float(scene.radius.max()) + (own + max(own, seen)) * self.dt + self.safety_margin
+        return _required_reach(
+            scene.state,
+            scene.cooperative,
+            speed_limit,
+            self.dt,
+            self.safety_margin,
+            self.passive_speed,
         )
 
     def half_spaces(self, scene: Scene, action: FloatArray, index: IntArray) -> HalfSpaces:  # noqa: ARG002
@@ -193,6 +195,29 @@ class Separation:
             SceneArrays.of(scene), self.settings(0, 1), unlimited, index, capacity
         )
         return half_spaces_from_rows(array, label, count, count, (self.name, self.wall_name))
+
+
+@kernel
+def _required_reach(  # a kernel takes arrays and numbers
+    state: FloatArray,
+    cooperative: BoolArray,
+    speed_limit: FloatArray,
+    dt: float,
+    safety_margin: float,
+    passive_speed: float,
+) -> float:
+    """See `Separation.required_reach`. A kernel, because few decisions are short: numpy needs 10 us."""
+    radius, own, seen = 0.0, 0.0, passive_speed
+    size, v_column, _, radius_column, _ = columns_of(state)
+    for i in range(len(state)):
+        radius = max(radius, state[i, radius_column])
+        own = max(own, speed_limit[i])
+        if not cooperative[i]:
+            speed_squared = 0.0
+            for c in range(v_column, v_column + size):
+                speed_squared += state[i, c] * state[i, c]
+            seen = max(seen, math.sqrt(speed_squared))
+    return 2.0 * radius + (own + max(own, seen)) * dt + safety_margin
 
 
 @kernel

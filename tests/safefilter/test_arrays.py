@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from safefilter.arrays import (
+    BoolArray,
     FloatArray,
+    all_true,
     finite_array,
     frozen,
     number_array,
@@ -47,6 +49,12 @@ def test_frozen_arrays_cannot_be_written() -> None:
     array = frozen(np.zeros(2))
     with pytest.raises(ValueError, match="read-only"):
         array[0] = 1.0
+
+
+@given(flags=hnp.arrays(np.bool_, hnp.array_shapes(min_dims=0, max_dims=3, min_side=0)))
+def test_all_are_true_where_numpy_says_so(flags: BoolArray) -> None:
+    assert all_true(flags) == flags.all()
+    assert all_true(flags[..., ::-1] if flags.ndim else flags) == flags.all()
 
 
 @given(array=finite_arrays)

@@ -21,6 +21,7 @@ from safefilter.neighbours import (
     cell_along,
     find_neighbours,
     is_within,
+    longest_list,
 )
 from safefilter.threads import MIN_ITEMS
 
@@ -209,3 +210,9 @@ def test_blocks_are_cut_where_no_world_is(sizes: list[tuple[int, bool]]) -> None
 
 def test_nobody_makes_no_block() -> None:
     assert blocks_of(np.zeros(0, dtype=np.int64)).tolist() == [0]
+
+
+@given(sizes=st.lists(st.integers(0, 9)))
+def test_the_longest_list_is_found(sizes: list[int]) -> None:
+    start = np.cumsum([0, *sizes])
+    assert longest_list(start) == max(sizes, default=0)
