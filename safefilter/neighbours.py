@@ -202,9 +202,9 @@ def visit_cells(
     found: IntArray,
     count: int,
 ) -> int:
-    """Write robot i's neighbours in a world to ``found`` from ``count`` on as far as it has room; returns the new count.
+    """Write robot i's neighbours to ``found`` from ``count`` on as far as it has room; returns the new count.
 
-    Its own world, but for robots in space, to whom each floor is one.
+    They are of ``own_world``: its own, but for robots in space, to whom each floor is one.
     """
     num_buckets = len(grid.bucket_start) - 1
     own = grid.place[i]

@@ -83,8 +83,8 @@ class RobotDecisions:
         self._backend = backend
         self._solvers = solvers
         self._tolerance = tolerance
-        self._fallback = None if fallback is None else (
-            finite_array(fallback, "fallback", (self._dimension,))
+        self._fallback = (
+            None if fallback is None else (finite_array(fallback, "fallback", (self._dimension,)))
         )
         bias = math.cos(right_bias), math.sin(right_bias)
         self._double = Options(tolerance, *bias, is_single=False)

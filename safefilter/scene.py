@@ -46,7 +46,9 @@ MIN_PRIORITY = 1e-150
 # Squares of distances and speeds must stay finite.
 MAX_COORDINATE = 1e100
 # The same for the columns of `Scene.state`, by the number of dimensions.
-_LARGEST = {size: np.array([MAX_COORDINATE] * (3 * size + 1) + [MAX_PRIORITY]) for size in (PLANE, SPACE)}
+_LARGEST = {
+    size: np.array([MAX_COORDINATE] * (3 * size + 1) + [MAX_PRIORITY]) for size in (PLANE, SPACE)
+}
 _LEAST = np.array([np.finfo(np.float64).smallest_subnormal, MIN_PRIORITY])
 NO_WALLS = np.empty((0, 5))
 # Scenes of more robots are not written out.
@@ -273,7 +275,11 @@ def _one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | F
 
 
 def _positions(value: npt.ArrayLike) -> FloatArray:
-    """Check positions; how many columns they have says where the robots live."""
+    """Check positions; how many columns they have says where the robots live.
+
+    Raises:
+        ShapeError: If that is neither the plane nor space.
+    """
     position = finite_array(value, "position", ("N", "2 or 3"))
     if position.shape[1] not in _LARGEST:
         raise ShapeError(f"position: expected shape (N, 2 or 3), got {position.shape}")

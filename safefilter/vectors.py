@@ -35,7 +35,7 @@ def along(rows: FloatArray, k: int, point: FloatArray) -> float:
 @formula
 def is_finite(vector: FloatArray) -> bool:
     """Is every component finite?"""
+    finite = True
     for c in range(len(vector)):
-        if not math.isfinite(vector[c]):
-            return False
-    return True
+        finite = finite and math.isfinite(vector[c])
+    return finite

@@ -72,9 +72,7 @@ def decide_one_in_space(
     # The faces are not asked in Case-1: any action within its limits executes exactly.
     is_safe = keeps_budgets_in_space(
         rows.array, sections.num_sides, sections.num_budgets, limit, wanted
-    ) and hold_in_space(
-        rows.array, sections.num_separated, sections.num_rows, wanted, tolerance
-    )
+    ) and hold_in_space(rows.array, sections.num_separated, sections.num_rows, wanted, tolerance)
     if is_safe:
         out.case[k], out.optimal[k] = SAFE, True
         out.violation[k] = soft_violation_in_space(rows.array, sections, wanted)

@@ -8,7 +8,7 @@ from safefilter.arrays import FloatArray
 from safefilter.backends.planar_kernel import CONTRADICTION, SOLVED, Rows
 from safefilter.backends.space_kernel import Held, Room, make_held, make_room, project
 from safefilter.backends.space_kernel_checks import is_nearest, is_proof
-from safefilter.backends.space_least_violation import least_violation
+from safefilter.backends.space_kernel_least_violation import least_violation
 from safefilter.batch.program import (
     EMPTY_HARD_SET,
     LEAST_VIOLATION,
@@ -50,7 +50,9 @@ def write_proofs(
     """Report the rows that hold the velocity of decision k, and those of its contradiction, by label."""
     held, proof = solver.held, solver.proof
     write_labels(out.active[k], out.multipliers[k], rows, held.rows, held.weights, count)
-    write_labels(out.proof[k], out.proof_multipliers[k], rows, proof.rows, proof.weights, proof_count)
+    write_labels(
+        out.proof[k], out.proof_multipliers[k], rows, proof.rows, proof.weights, proof_count
+    )
 
 
 @formula

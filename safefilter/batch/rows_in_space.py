@@ -79,7 +79,9 @@ def make_rows_in_space(problem: Problem, k: int, rows: RowLabels, room: RowRoom)
         room.keys,
         room.meeting,
     )
-    return Sections(num_sides, num_separated, num_budgets, num_hard, copy_rows(user, k, 2, rows, count))
+    return Sections(
+        num_sides, num_separated, num_budgets, num_hard, copy_rows(user, k, 2, rows, count)
+    )
 
 
 @formula

@@ -250,9 +250,7 @@ class PriorityORCA:
         self.require(scene)
         capacity = scene.most_neighbours
         make = _orca_rows if scene.dimension == PLANE else orca_rows_in_space
-        array, label, count = make(
-            SceneArrays.of(scene), self.settings(0), index, action, capacity
-        )
+        array, label, count = make(SceneArrays.of(scene), self.settings(0), index, action, capacity)
         return half_spaces_from_rows(array, label, count, np.zeros_like(count), (self.name,))
 
 

@@ -5,8 +5,6 @@ Letters: d dimensions. m/s.
 
 from __future__ import annotations
 
-import math
-
 from safefilter.arrays import FloatArray
 from safefilter.jit import formula
 from safefilter.kinematics.last_word import (

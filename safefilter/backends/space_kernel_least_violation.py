@@ -47,7 +47,13 @@ def proven_violation(
 
 @formula
 def least_violation(
-    rows: Rows, wanted: FloatArray, tolerance: float, held: Held, count: int, proof: Held, room: Room
+    rows: Rows,
+    wanted: FloatArray,
+    tolerance: float,
+    held: Held,
+    count: int,
+    proof: Held,
+    room: Room,
 ) -> tuple[int, int, float, float, int]:
     """Nearest point that violates soft rows least, after `project` found a contradiction at relaxation 0.
 
