@@ -229,7 +229,7 @@ class Scene:
     @property
     def dimension(self) -> int:
         """Number of dimensions d: 2 in the plane, 3 in space."""
-        return self.state.shape[1] // 3
+        return int(self.state.shape[1]) // 3
 
     @property
     def num_robots(self) -> int:

@@ -48,14 +48,14 @@ def add_faces(rows: RowLabels, faces: FloatArray, v_max: float) -> int:
 
     ``faces`` is for a speed limit of 1, shape (d + 1, S); it is scaled by ``v_max``.
     """
-    size = faces.shape[0] - 1
-    for k in range(faces.shape[1]):
+    size, num_faces = faces.shape[0] - 1, len(faces[0])
+    for k in range(num_faces):
         for c in range(size):
             rows.array[c, k] = faces[c, k]
         rows.array[size, k] = faces[size, k] * v_max
         rows.label[0, k] = 0
         rows.label[1, k] = k
-    return faces.shape[1]
+    return num_faces
 
 
 @formula
