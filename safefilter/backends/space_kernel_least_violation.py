@@ -24,9 +24,7 @@ from safefilter.jit import formula
 
 
 @formula
-def proven_violation(
-    rows: Rows, relaxation: float, held: Held, count: int
-) -> tuple[float, float]:
+def proven_violation(rows: Rows, relaxation: float, held: Held, count: int) -> tuple[float, float]:
     """Lower bound on t that a contradiction proves, and the weight of its soft rows (0: only hard rows clash).
 
     The weighted normals sum to zero, so distances may be taken from any point, and are from the origin: where rows are

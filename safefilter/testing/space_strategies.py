@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from hypothesis import strategies as st
 
 from safefilter.scene import Scene
@@ -84,3 +85,18 @@ def crowded_in_space() -> st.SearchStrategy[Scene]:
 def touching_in_space() -> st.SearchStrategy[Scene]:
     """Two to six robots, each in contact with another: a gap of exactly 0 up to rounding."""
     return scenes_in_space(st.integers(2, 6), st.just(0.0))
+
+
+def lifted(scene: Scene, height: float = 0.0) -> Scene:
+    """Put a scene of the plane into space, all robots at one height in m and moving level."""
+    level, flat = np.full((scene.num_robots, 1), height), np.zeros((scene.num_robots, 1))
+    return Scene.from_world(
+        np.hstack([scene.position, level]),
+        np.hstack([scene.velocity, flat]),
+        scene.radius,
+        priority=scene.priority,
+        cooperative=scene.cooperative,
+        wanted=None if scene.wanted is None else np.hstack([scene.wanted, flat]),
+        world=scene.world,
+        reach=scene.reach if np.isfinite(scene.reach) else None,
+    )

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import safefilter as sf
 from safefilter.arrays import FloatArray
 from safefilter.constraints.priority_orca import NeighbourOrder, SlackRule, VOpt
-from safefilter.testing.space_strategies import scenes_in_space
+from safefilter.testing.space_strategies import lifted, scenes_in_space
 from safefilter.testing.strategies import degenerate, scenes
 
 HORIZON, STEP = 2.0, 0.2
@@ -156,7 +156,7 @@ def test_rows_turn_with_the_scene(pair: Pair, seed: int) -> None:
 
 
 @given(
-    scene=scenes_in_space() | degenerate().map(lambda scene: lifted(scene)),
+    scene=scenes_in_space() | degenerate().map(lifted),
     v_opt=st.sampled_from(get_args(VOpt)),
 )
 def test_rows_are_finite_and_of_unit_length_and_opposite_for_the_two(
@@ -174,21 +174,6 @@ def test_rows_are_finite_and_of_unit_length_and_opposite_for_the_two(
             j = rows.labels[i, row, 1]
             back = np.flatnonzero(rows.labels[j, :, 1] == i)[0]
             assert (rows.normals[i, row] == -rows.normals[j, back]).all()
-
-
-def lifted(scene: sf.Scene, height: float = 0.0) -> sf.Scene:
-    """The same scene of the plane, in space."""
-    level = np.full((scene.num_robots, 1), height)
-    flat = np.zeros((scene.num_robots, 1))
-    wanted = scene.wanted
-    return sf.Scene.from_world(
-        np.hstack([scene.position, level]),
-        np.hstack([scene.velocity, flat]),
-        scene.radius,
-        priority=scene.priority,
-        cooperative=scene.cooperative,
-        wanted=None if wanted is None else np.hstack([wanted, flat]),
-    )
 
 
 @given(
@@ -219,7 +204,9 @@ def test_robots_in_a_plane_of_space_get_the_rows_of_the_plane(
         p = scene.position[j] - scene.position[i]
         towards = float(p @ rows.normals[i, row, :2]), float(p @ flat.normals[i, row])
         assert towards[0] == pytest.approx(towards[1], abs=1e-7)
-    np.testing.assert_allclose(rows.offsets[~is_other_side], flat.offsets[~is_other_side], atol=1e-9)
+    np.testing.assert_allclose(
+        rows.offsets[~is_other_side], flat.offsets[~is_other_side], atol=1e-9
+    )
 
 
 def test_robots_head_on_pass_each_other_on_the_right() -> None:

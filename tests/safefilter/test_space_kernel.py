@@ -183,5 +183,3 @@ def test_with_two_dimensions_it_is_the_solver_of_the_plane(seed: int, size: int)
 def test_a_wish_far_off_lands_on_its_corner_to_the_last_places() -> None:
     found = answer(CUBE, np.array([1e14, -3e14, 2e14]))
     np.testing.assert_allclose(found.point, [0.5, -0.5, 0.5], rtol=1e-15)
-
-
