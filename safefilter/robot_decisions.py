@@ -78,8 +78,6 @@ class RobotDecisions:
         self.kinematics = kinematics
         self._dimension = kinematics.dimension
         self._kernels = KERNELS[self._dimension]
-        if right_bias and self._dimension > PLANE:
-            raise InvalidInput("right_bias: there is no right-hand side in space; drop it")
         self._backend = backend
         self._solvers = solvers
         self._tolerance = tolerance
@@ -204,11 +202,11 @@ class RobotDecisions:
 
     def biased(self, wanted: FloatArray) -> FloatArray:
         """Turn wanted velocities, shape (B, d), by the right bias: the target of Case-2 and Case-3."""
-        if self._dimension > PLANE:
-            return wanted.copy()
         cosine, sine = self._double.bias_cos, self._double.bias_sin
         x, y = wanted[:, 0], wanted[:, 1]
-        return np.stack([cosine * x + sine * y, cosine * y - sine * x], axis=1)
+        turned = wanted.copy()
+        turned[:, 0], turned[:, 1] = cosine * x + sine * y, cosine * y - sine * x
+        return turned
 
     @property
     def _expected(self) -> str:

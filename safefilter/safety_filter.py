@@ -69,7 +69,8 @@ class SafetyFilter:
                 `Box` also where the deadline passed, and in place of an action that is not finite. It executes as it
                 is, which `Decision.certified` judges. None raises an error there.
             right_bias: Angle in rad by which wanted velocities turn to the right in Case-2 and Case-3, so that
-                perfectly symmetric robots do not push for ever. Case-1 stays exact. For robots only.
+                perfectly symmetric robots do not push for ever; in space to the right as seen from above. Case-1 stays
+                exact. For robots only.
 
         Raises:
             UnknownBackend: If there is no such backend.

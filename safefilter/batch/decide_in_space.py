@@ -40,7 +40,7 @@ class DecisionRoom(NamedTuple):
     Attributes:
         row: To make rows in.
         solver: To solve in.
-        action: What executes, shape (d,).
+        action: A velocity: the target, and then what executes, shape (d,).
     """
 
     row: RowRoom
@@ -80,7 +80,13 @@ def decide_one_in_space(
         for c in range(len(wanted)):
             out.velocity[k, c] = wanted[c]
     else:
-        solve_in_space(problem, options, out, k, rows, sections, room.solver, wanted)
+        target = room.action
+        for c in range(len(wanted)):
+            target[c] = wanted[c]
+        # To the right as seen from above: about the last axis, as aircraft do.
+        target[0] = options.bias_cos * wanted[0] + options.bias_sin * wanted[1]
+        target[1] = options.bias_cos * wanted[1] - options.bias_sin * wanted[0]
+        solve_in_space(problem, options, out, k, rows, sections, room.solver, target)
     finish_in_space(problem, options, out, k, rows.array, sections, room.action)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import safefilter as sf
@@ -57,6 +57,7 @@ def test_separation_alone_is_enough_in_space(trial: Trial) -> None:
     assert_collision_free(sf.SafetyFilter([separation], kinematics), trial)
 
 
+@settings(max_examples=10)
 @given(rollouts(crowded_in_space()))
 def test_robots_in_space_never_collide_with_a_solver_of_someone_else(trial: Trial) -> None:
     assert_collision_free(filter_of(trial, backend="clarabel"), trial)
