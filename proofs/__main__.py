@@ -26,6 +26,7 @@ from proofs import (
     responsibilities,
     separation,
     separation_passive,
+    space,
     standing_still,
     static_obstacles,
     walls,
@@ -48,6 +49,7 @@ FAMILIES: tuple[tuple[Callable[[], Proof], ...], ...] = (
     arc_cap.LEMMAS,
     induction.LEMMAS,
     never_touch.LEMMAS,
+    space.LEMMAS,
     standing_still.LEMMAS,
     optimality.LEMMAS,
 )
