@@ -146,12 +146,12 @@ def fly(num_robots: int, seed: int, max_steps: int | None = None) -> Flight:
         seen = perf_counter()
         decision = safety.decide(scene, wanted)
         times.append((seen - began, perf_counter() - seen))
-        approach = _judge(position, decision.action * DT)
+        velocity = decision.action.astype(np.float64)
+        approach = _judge(position, velocity * DT)
         collisions += int(approach.collided.sum())
         clearance = min(clearance, float(approach.least.min(initial=np.inf)))
         uncertified += int((~decision.certified).sum())
         cases += np.bincount(decision.case, minlength=4)
-        velocity = decision.action.astype(np.float64)
         position = position + velocity * DT
         track.append(position)
         is_there = np.linalg.norm(position + start, axis=1) <= ARRIVED

@@ -6,10 +6,11 @@ Letters: T steps, N robots. SI units.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d import Axes3D
 
 from safefilter.arrays import FloatArray
 
@@ -38,7 +39,7 @@ def write_sphere(
     values = np.unique(priority)
     colour = np.array(COLOURS)[np.searchsorted(values, priority) % len(COLOURS)]
     for k, part in enumerate(MOMENTS):
-        axes: Axes3D = figure.add_subplot(1, len(MOMENTS), k + 1, projection="3d")
+        axes = figure.add_subplot(1, len(MOMENTS), k + 1, projection="3d")
         step = round(part * (len(track) - 1))
         _draw(axes, track[max(0, step - round(TAIL / dt)) : step + 1], colour)
         axes.set_title(f"{step * dt:.0f} s")
@@ -58,7 +59,7 @@ def write_sphere(
     figure.savefig(path, dpi=80)
 
 
-def _draw(axes: Axes3D, tail: FloatArray, colour: np.ndarray) -> None:
+def _draw(axes: Any, tail: FloatArray, colour: npt.NDArray[np.str_]) -> None:
     for robot in range(tail.shape[1]):
         axes.plot(*tail[:, robot].T, color=colour[robot], linewidth=0.8, alpha=0.6)
     axes.scatter(*tail[-1].T, c=colour, s=22.0, depthshade=True)

@@ -240,7 +240,7 @@ def _moved_by(trial: Trial, scene: Scene, action: FloatArray, *, is_filtered: bo
 
 
 def _within_speed(velocity: FloatArray, v_max: FloatArray) -> FloatArray:
-    speed = np.hypot.reduce(velocity, axis=1)
+    speed: FloatArray = np.hypot.reduce(velocity, axis=1)
     excess = np.maximum(speed / v_max, 1.0)
     return velocity / excess[:, None]
 

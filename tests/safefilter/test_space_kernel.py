@@ -137,7 +137,8 @@ def awkward_rows(draw: st.DrawFn) -> list[Row]:
     """Rows that repeat, oppose, lie in one plane or within 1e-15 ... 1e-3 of another, many through one point."""
     rows: list[Row] = []
     for _ in range(draw(st.integers(1, 7))):
-        if rows and draw(st.booleans()):
+        is_copy = draw(st.booleans())
+        if rows and is_copy:
             x, y, z, offset = rows[draw(st.integers(0, len(rows) - 1))]
             tilt = 10.0 ** -draw(st.integers(3, 15)) * draw(st.sampled_from((0.0, 1.0, -1.0)))
             sign = draw(st.sampled_from((1.0, -1.0)))
