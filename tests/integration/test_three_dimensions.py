@@ -27,7 +27,7 @@ V_OPTS: tuple[VOpt, ...] = ("current", "shared", "own")
 
 
 def filter_of(trial: Trial, v_opt: VOpt = "current", backend: str = "planar") -> sf.SafetyFilter:
-    constraints = [
+    constraints: list[sf.Constraint] = [
         sf.PriorityORCA(2.0, v_opt),
         sf.Separation(trial.dt, passive_speed=trial.passive_speed),
     ]

@@ -33,12 +33,13 @@ from safefilter.testing.strategies import crowded, scenes
 DT, V_MAX = 0.2, 2.0
 # Fewer than by default: certificates and other solvers take the longer the more rows there are.
 FACES = 80
+HEAD_ON = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
 # Nobody is held by polygon or polyhedron.
 UNBOUND = 100.0
 
 
 def space_filter(*extra: sf.Constraint, **options: Any) -> sf.SafetyFilter:
-    constraints = [sf.PriorityORCA(2.0), sf.Separation(DT), *extra]
+    constraints: list[sf.Constraint] = [sf.PriorityORCA(2.0), sf.Separation(DT), *extra]
     return sf.SafetyFilter(constraints, sf.Holonomic(V_MAX, dimension=3, faces=FACES), **options)
 
 
@@ -70,8 +71,8 @@ class Floor:
 
 
 def test_the_three_cases_by_hand() -> None:
-    position = [[0, 0, 0], [0, 0, 4.0], [50, 0, 0], [50, 0, 1.0], [50, 0, -1.0]]
-    velocity = [[0, 0, 0.875], [0, 0, -0.875], [0, 0, 0], [0, 0, -1.9], [0, 0, 1.9]]
+    position = np.array([[0, 0, 0], [0, 0, 4.0], [50, 0, 0], [50, 0, 1.0], [50, 0, -1.0]])
+    velocity = np.array([[0, 0, 0.875], [0, 0, -0.875], [0, 0, 0], [0, 0, -1.9], [0, 0, 1.9]])
     scene = sf.Scene.from_world(position, velocity, [0.5, 0.5, 0.2, 0.2, 0.2])
     asked = np.array([[0, 0, 1.0], [1.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]])
     decision = space_filter().decide(scene, asked)
@@ -110,8 +111,8 @@ def test_proofs_hold_in_rational_arithmetic(scene: sf.Scene) -> None:
 
 
 def test_a_decision_that_was_altered_is_refused() -> None:
-    scene = sf.Scene.from_world([[0, 0, 0], [0, 0, 1.2]], [[0, 0, 1.0], [0, 0, -1.0]], 0.5)
-    safety, asked = space_filter(), np.array([[0, 0, 1.0], [0, 0, -1.0]])
+    scene = sf.Scene.from_world(np.array([[0, 0, 0], [0, 0, 1.2]]), HEAD_ON, 0.5)
+    safety, asked = space_filter(), HEAD_ON
     decision = safety.decide(scene, asked)
     assert all(safety.certify(scene, asked, decision))
     faster = replace(decision, action=2.0 * decision.action)
@@ -143,7 +144,10 @@ def test_other_solvers_decide_alike(scene: sf.Scene) -> None:
 def test_the_kernels_of_space_decide_in_the_plane_as_those_of_the_plane_do(
     scene: sf.Scene, v_opt: VOpt, slack_rule: SlackRule
 ) -> None:
-    constraints = [sf.PriorityORCA(2.0, v_opt, slack_rule), sf.Separation(DT)]
+    constraints: list[sf.Constraint] = [
+        sf.PriorityORCA(2.0, v_opt, slack_rule),
+        sf.Separation(DT),
+    ]
     flat, other = (sf.SafetyFilter(constraints, sf.Holonomic(V_MAX)) for _ in range(2))
     assert isinstance(other._decisions, RobotDecisions)
     # They are written for any number of dimensions: nothing but these need be exchanged.
@@ -167,7 +171,7 @@ def assert_alike(flat: sf.Decision, space: sf.Decision) -> None:
 
 @given(scene=scenes() | crowded(), v_opt=st.sampled_from(get_args(VOpt)))
 def test_robots_in_a_plane_of_space_decide_as_in_the_plane(scene: sf.Scene, v_opt: VOpt) -> None:
-    constraints = [sf.PriorityORCA(2.0, v_opt), sf.Separation(DT)]
+    constraints: list[sf.Constraint] = [sf.PriorityORCA(2.0, v_opt), sf.Separation(DT)]
     flat = sf.SafetyFilter(constraints, sf.Holonomic(UNBOUND)).decide(scene, wishes(scene))
     above = lifted(scene)
     kinematics = sf.Holonomic(UNBOUND, dimension=3)
@@ -262,7 +266,7 @@ def test_a_wish_beyond_all_bounds_ends_at_the_speed_limit(speed: float) -> None:
 
 
 def test_the_program_and_its_rows_have_three_variables() -> None:
-    scene = sf.Scene.from_world([[0, 0, 0], [0, 0, 1.2]], [[0, 0, 1.0], [0, 0, -1.0]], 0.5)
+    scene = sf.Scene.from_world(np.array([[0, 0, 0], [0, 0, 1.2]]), HEAD_ON, 0.5)
     safety = space_filter()
     program = safety.program(scene, [0.0, 0.0, 1.0], 0)
     rows = safety.half_spaces(scene, np.zeros((2, 3)))

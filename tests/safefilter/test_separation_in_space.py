@@ -38,7 +38,10 @@ def test_by_hand() -> None:
 
 def test_a_neighbour_that_does_not_cooperate_is_credited_with_its_approach() -> None:
     scene = sf.Scene.from_world(
-        [[0, 0, 0], [0, 0, 3]], [[0, 0, 0], [5, 5, -0.5]], 1.0, cooperative=[True, False]
+        np.array([[0, 0, 0], [0, 0, 3]]),
+        np.array([[0, 0, 0], [5, 5, -0.5]]),
+        1.0,
+        cooperative=[True, False],
     )
     own = np.zeros((1, 3)), np.arange(1)
     rows = sf.Separation(1.0, safety_margin=0.0).half_spaces(scene, *own)
@@ -119,7 +122,7 @@ def test_a_scene_that_sees_too_little_is_refused() -> None:
 
 def test_robots_that_do_not_cooperate_need_a_reach_for_their_speed_in_space() -> None:
     scene = sf.Scene.from_world(
-        [[0, 0, 0], [0, 0, 9]], [[0, 0, 0], [2.0, 3.0, 6.0]], 0.5, cooperative=[True, False]
+        [[0, 0, 0], [0, 0, 9]], [[0, 0, 0], [2, 3, 6]], 0.5, cooperative=[True, False]
     )
     limit = np.array([1.0, 1.0])
     # Two radii, and a step of what each may cover: 1 and 7 m/s.
