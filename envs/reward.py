@@ -51,6 +51,7 @@ class RewardWeights:
         passing: Beyond the paper: a step of passing on the wrong side, see `envs.wrong_side`.
         overtaking: Beyond the paper: a step of overtaking on the wrong side.
         intervention: Beyond the paper: a m/s by which a filter changes the wanted velocity.
+        way: Beyond the paper: a metre of progress along the shortest way around the walls, see `envs.shortest_ways`.
         area: Social norm area of every robot.
         progress: Eq. (8): progress of the step, or literally since t = 0, paid at every step.
         course: Eq. (9): in proportion to the speed, or literally whole, at rest too.
@@ -67,6 +68,7 @@ class RewardWeights:
     passing: float = 0.0
     overtaking: float = 0.0
     intervention: float = 0.0
+    way: float = 0.0
     area: NormArea = PAPER_AREA
     progress: Reading = Reading.WORKING
     course: Reading = Reading.WORKING
@@ -112,6 +114,7 @@ class Reward:
     passing: FloatArray
     overtaking: FloatArray
     intervention: FloatArray
+    way: FloatArray
 
     @property
     def navigation(self) -> FloatArray:
@@ -133,7 +136,7 @@ class Reward:
     @property
     def total(self) -> FloatArray:
         """R^ex and the terms that go beyond the paper, shape (W, N)."""
-        return self.external + self.passing + self.overtaking + self.intervention
+        return self.external + self.passing + self.overtaking + self.intervention + self.way
 
     def by_name(self) -> dict[str, FloatArray]:
         """All terms, for logs."""
@@ -153,6 +156,7 @@ class PaidTerms(NamedTuple):
     passing: float
     overtaking: float
     intervention: float
+    way: float
 
 
 TERMS = PaidTerms._fields
@@ -182,6 +186,7 @@ class PaidFor(NamedTuple):
     hit_wall: BoolArray
     timed_out: BoolArray
     correction: FloatArray
+    way: FloatArray
     norm: BoolArray
     passing: BoolArray
     overtaking: BoolArray
@@ -215,7 +220,7 @@ def reward(step: Transition, weights: RewardWeights) -> Reward:
 def pay_robot(  # noqa: PLR0917  # a compiled formula takes plain arguments
     step: PaidFor, weights: PaidTerms, literal: Readings, w: int, i: int, paid: FloatArray
 ) -> None:
-    """Write all terms of one robot that was under way, in the order of `TERMS`, to ``paid``, shape (10, W, N)."""
+    """Write all terms of one robot that was under way, in the order of `TERMS`, to ``paid``, shape (11, W, N)."""
     x, y = step.position[w, i, 0], step.position[w, i, 1]
     goal_x, goal_y = step.goal[w, i, 0], step.goal[w, i, 1]
     v_x, v_y = step.velocity[w, i, 0], step.velocity[w, i, 1]
@@ -242,6 +247,7 @@ def pay_robot(  # noqa: PLR0917  # a compiled formula takes plain arguments
     paid[7, w, i] = terms.norm(step.passing[w, i], weights.passing)
     paid[8, w, i] = terms.norm(step.overtaking[w, i], weights.overtaking)
     paid[9, w, i] = terms.intervention(step.correction[w, i], weights.intervention)
+    paid[10, w, i] = terms.way(step.way[w, i], weights.way)
 
 
 @kernel

@@ -126,3 +126,14 @@ def intervention(correction: float, weight: float) -> float:
         weight: A m/s, negative.
     """
     return weight * correction
+
+
+@formula
+def way(progress: float, weight: float) -> float:
+    """Reward for progress along the shortest way around the walls. Goes beyond the paper.
+
+    Args:
+        progress: By how much the way to the goal became shorter, in m.
+        weight: A metre.
+    """
+    return weight * progress

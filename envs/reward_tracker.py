@@ -9,6 +9,7 @@ import numpy as np
 
 from envs.outcome import Outcome
 from envs.reward import Reward, RewardWeights, reward
+from envs.shortest_ways import ShortestWays
 from envs.snapshot import Snapshot, SnapshotError
 from envs.transition import Transition, end_of_step
 from envs.world import World
@@ -32,6 +33,8 @@ class RewardTracker:
         """
         self.weights = RewardWeights() if weights is None else weights
         self._course = np.zeros((0, 0, 2))
+        self._ways = ShortestWays() if self.weights.way else None
+        self._way_before = np.zeros((0, 0))
 
     def remember(self, world: World) -> None:
         """Take note of the moment before a step."""
@@ -41,6 +44,9 @@ class RewardTracker:
         self._course[world.cycle_start == world.step_count[:, np.newaxis]] = 0.0
         self._before = world.position.copy()
         self._under_way = world.active.copy()
+        if self._ways is not None:
+            self._ways.renew(world)
+            self._way_before = self._ways.lengths(world, self._before)
 
     def state(self) -> Snapshot:
         """What it remembers between two steps."""
@@ -74,10 +80,14 @@ class RewardTracker:
             Reward of each robot, term by term.
         """
         shape = outcome.arrived.shape
+        position = end_of_step(world, outcome)
+        way = np.zeros(shape)
+        if self._ways is not None:
+            way = self._way_before - self._ways.lengths(world, position)
         step = Transition(
             start=world.start,
             before=self._before,
-            position=end_of_step(world, outcome),
+            position=position,
             velocity=world.velocity,
             facing=self._facing(world),
             goal=world.goal,
@@ -89,6 +99,7 @@ class RewardTracker:
             hit_wall=outcome.hit_wall,
             timed_out=np.repeat(outcome.timed_out[:, np.newaxis], shape[1], axis=1),
             correction=np.zeros(shape) if correction is None else correction,
+            way=way,
         )
         return reward(step, self.weights)
 

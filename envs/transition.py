@@ -37,6 +37,8 @@ class Transition:
         hit_wall: Shape (W, N): touched an obstacle in this step, the same.
         timed_out: Shape (W, N): the time limit is over.
         correction: How far a filter moved the velocity, shape (W, N), in m/s; zeros without one.
+        way: By how much the shortest way around the walls became shorter, shape (W, N), in m; zeros where that is not
+            looked at.
     """
 
     start: FloatArray
@@ -53,6 +55,7 @@ class Transition:
     hit_wall: BoolArray
     timed_out: BoolArray
     correction: FloatArray
+    way: FloatArray
 
     def __post_init__(self) -> None:
         """Check that the arrays belong together.

@@ -20,11 +20,11 @@ import tyro
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from policies.kept_weights import RUNS
 from policies.training_run import CURVE
 from safefilter.arrays import FloatArray
 from safefilter.errors import InvalidInput, SafeFilterError
 
-RUNS = Path("runs")
 COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377")
 """Paul Tol's palette that colour-blind readers tell apart."""
 NUM_POINTS = 60

@@ -18,7 +18,8 @@ from envs.scenarios import Scenario, load_scenario
 from envs.table_row import TableRow
 from envs.trajectory_figure import write_trajectories
 from policies.evaluation import make_navigation
-from policies.methods import METHODS, Method, find_weights, layout_of, policy_factory
+from policies.kept_weights import find_weights
+from policies.methods import METHODS, Method, layout_of, policy_factory
 from policies.rollout import roll_out
 
 SCENARIOS = {"3": "crossroad", "4": "n_c_o_intersection"}

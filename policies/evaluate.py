@@ -27,7 +27,8 @@ from policies.atomic_file import write_atomically
 from policies.evaluation import run_episodes
 from policies.filtering import OFF, OURS, OURS_WITH_MAP, Filtering
 from policies.foreign_policy import load_foreign
-from policies.methods import METHODS, WEIGHTS, find_method
+from policies.kept_weights import WEIGHTS
+from policies.methods import METHODS, find_method
 from policies.priority_table import priority_cells, priority_gains
 from policies.table_cell import Cell, CellFolder
 from policies.table_figures import write_pictures

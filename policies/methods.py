@@ -6,13 +6,10 @@ Letters: none. SI units.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Literal
 
 from envs.navigation import Navigation
 from envs.observation_layout import ObservationLayout
-from policies.checkpoint import read_weights
-from policies.checkpoint_errors import CheckpointMissing
 from policies.evaluation import PolicyFactory
 from policies.filtering import IMPARTIAL, LITERAL, OFF, OURS, OURS_WITH_MAP, Filtering
 from policies.hybrid import Hybrid
@@ -26,12 +23,6 @@ from safefilter.errors import InvalidInput
 
 Driver = Literal["nh-orca", "learned", "hybrid-rl", "foreign"]
 
-WEIGHTS = Path(__file__).parent / "weights"
-"""Where the weights that come with this project are."""
-RUNS = Path("runs")
-"""Where `policies.train` leaves what it has trained."""
-SHIPPED = ("srl-orca", 1)
-"""Training and seed of the weights that are shipped under the plain name."""
 LATE_STEPS = 1
 """How late all answers come in one trial of late answers, in steps: 0.2 s."""
 LATE_SHARE = 0.2
@@ -188,6 +179,7 @@ _ALL = (
 _ABLATIONS = {
     "short": "Ours after the paper's number of training steps; what the rows below it change one thing of.",
     "no-norms": "Nothing paid for passing right and overtaking left.",
+    "straight-progress": "Progress is paid for straight to the goal, as in Eq. (8), and not around the walls.",
     "paper-reward": "The paper's weights, with its norm area and without explicit norms.",
     "no-cap": "Trained behind the paper's filter, driven behind ours.",
     "no-memory": "The policy remembers nothing.",
@@ -229,44 +221,6 @@ def find_method(name: str) -> Method:
     if name not in METHODS:
         raise InvalidInput(f"method {name!r}: expected one of {', '.join(METHODS)}")
     return METHODS[name]
-
-
-def weights_paths(training: str, seed: int, folder: Path = WEIGHTS) -> tuple[Path, ...]:
-    """Where weights are looked for, in order.
-
-    Args:
-        training: Preset of `policies.train`.
-        seed: Of the training.
-        folder: Where weights are kept.
-    """
-    stem = training.replace("-", "_")
-    kept = folder / "seeds" / f"{stem}_{seed}.safetensors"
-    trained = RUNS / f"{training}-{seed}" / "weights.safetensors"
-    if (training, seed) == SHIPPED:
-        return folder / f"{stem}.safetensors", kept, trained
-    return kept, trained
-
-
-def find_weights(training: str, seed: int, folder: Path = WEIGHTS) -> Weights:
-    """Read the weights of a training.
-
-    Args:
-        training: Preset of `policies.train`.
-        seed: Of the training.
-        folder: Where weights are kept.
-
-    Raises:
-        CheckpointMissing: If there are none; says which command trains them.
-        CheckpointError: If they cannot be used.
-    """
-    paths = weights_paths(training, seed, folder)
-    for path in paths:
-        if path.is_file():
-            return read_weights(path)
-    raise CheckpointMissing(
-        f"no weights of {training}, seed {seed}: looked for {', '.join(map(str, paths))}; train them with "
-        f"python -m policies.train {training} --settings.seed {seed}"
-    )
 
 
 def policy_factory(method: Method, weights: Weights | None) -> PolicyFactory:

@@ -47,9 +47,9 @@ class PPOSettings:
     trace_decay: float = 0.95
     clip: float = 0.2
     epochs: int = 3
-    minibatch: int = 4096
+    minibatch: int = 2048
     value_weight: float = 0.5
-    entropy_weight: float = 0.002
+    entropy_weight: float = 0.004
     max_gradient: float = 0.5
     max_divergence: float = 0.03
     reward_scale: float = 0.05

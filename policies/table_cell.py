@@ -24,7 +24,8 @@ from envs.robot_results import RobotResults
 from policies.atomic_file import write_atomically
 from policies.code_digest import code_digest
 from policies.evaluation import run_episodes
-from policies.methods import WEIGHTS, Method, find_weights, layout_of, policy_factory
+from policies.kept_weights import WEIGHTS, find_weights
+from policies.methods import Method, layout_of, policy_factory
 from policies.policy_weights import Weights
 from policies.table_scenarios import find_scenario, scenario_text
 from safefilter.errors import InvalidInput

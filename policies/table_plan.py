@@ -33,7 +33,16 @@ PLAN: dict[str, tuple[str, ...]] = {
     "srl-orca-nearest": ("passing", "overtaking"),
     "drl-cd-filtered": PAPER_SCENARIOS,
     **dict.fromkeys(
-        ("short", "no-norms", "paper-reward", "no-cap", "nearest-leg", "no-memory", "with-trail"),
+        (
+            "short",
+            "no-norms",
+            "straight-progress",
+            "paper-reward",
+            "no-cap",
+            "nearest-leg",
+            "no-memory",
+            "with-trail",
+        ),
         ABLATED,
     ),
 }

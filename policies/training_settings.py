@@ -33,10 +33,10 @@ class CourseSettings:
 
     num_worlds: int = 256
     num_robots: int = 8
-    num_maps: int = 160
+    num_maps: int = 1000
     has_deep_traps: bool = True
     map_steps: int = 800
-    rollout_steps: int = 32
+    rollout_steps: int = 16
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -53,15 +53,17 @@ class CourseSettings:
 
 USUAL_LAYOUT = ObservationLayout(has_memory=True)
 USUAL_REWARD = RewardWeights(
-    forward=20.0,
+    forward=0.0,
     direction=0.3,
     time=-1.0,
     norm=0.0,
-    passing=-1.25,
+    passing=-1.4,
     overtaking=-2.0,
     intervention=-1.0,
+    way=20.0,
 )
-"""Ours; those of the paper are `RewardWeights()`. The norm area is not paid for: penalties of sides stand for it."""
+"""Ours; those of the paper are `RewardWeights()`. Penalties of sides stand for the norm area, and progress on the
+shortest way for progress straight ahead, which pays for driving into traps."""
 USUAL_FILTERING = replace(OURS_WITH_MAP, right_bias=0.0)
 USUAL_COURSE = CourseSettings()
 USUAL_PPO = PPOSettings()

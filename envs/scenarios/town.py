@@ -1,8 +1,8 @@
 """Town: streets to train in, and others to test in.
 
 The paper trains in "a simulated town with multiple intersections and many obstacles" (Fig. 4(b)) and prints no plan
-of it. Maps are drawn by `town_map`; traffic is drawn anew in every episode: robots with a trap ahead, robots that meet
-head-on or at a crossing, fast ones behind slow ones, and others that go anywhere.
+of it. Maps are drawn by `town_map`; traffic is drawn anew in every episode: robots with an obstacle ahead, robots that
+meet head-on or at a crossing, fast ones behind slow ones, and others that go anywhere.
 
 Letters: N robots. SI units.
 """
@@ -17,7 +17,7 @@ import numpy as np
 
 from envs.fleet import MAX_SPEED
 from envs.rules import Rules
-from envs.scenarios import town_traps
+from envs.scenarios import town_obstacles
 from envs.scenarios.scenario import Placement, jitter
 from envs.scenarios.town_cells import PITCH
 from envs.scenarios.town_map import BLOCK_SHARE, TownMap, town_map
@@ -28,6 +28,8 @@ Split = Literal["training", "held-out"]
 
 JITTER = 0.1
 """Starts and goals are this far from the middle of a cell at most, in m."""
+AVENUE_JITTER = 0.28
+"""The same on avenues, across whose whole width they lie: 0.065 m are left to the walls of the narrowest at least."""
 SLOW_SHARE = (0.15, 0.25)
 """Part of the robots that are slow, from the least to the greatest."""
 SLOW_SPEED = (0.08, 0.12)
@@ -44,8 +46,8 @@ MAX_DRAWS = 50
 """Draws for robots that meet, until single ones fill the town up."""
 TIME_LIMIT = 200.0
 """In s: enough for 16 m at the least speed; ways through the mazes of eight robots are some 13 m at most."""
-MOST_TRAPPED = 0.4
-"""Part of the robots, at most, on whose straight way to the goal a trap stands on purpose."""
+MOST_OBSTRUCTED = 0.5
+"""Part of the robots, at most, on whose straight way to the goal something stands on purpose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +106,8 @@ class Town:
 
     @property
     def size(self) -> int:
-        """Cells along each side: streets for all starts, twice over, beside blocks and traps."""
-        streets = 1.0 - BLOCK_SHARE - town_traps.SHARE
+        """Cells along each side: streets for all starts, twice over, beside blocks and obstacles."""
+        streets = 1.0 - BLOCK_SHARE - town_obstacles.SHARE
         return max(4, math.ceil(math.sqrt(1.8 * self.num_robots / streets)))
 
     @property
@@ -132,7 +134,13 @@ class Town:
         Args:
             draw: Which, from 0 up to ``num_maps``.
         """
-        return town_map(self.map_number(draw), self.size, has_deep_traps=self.has_deep_traps)
+        return town_map(
+            self.map_number(draw),
+            self.size,
+            has_deep_traps=self.has_deep_traps,
+            # Starts and goals are all different, and so is the last one's start from its goal.
+            least_streets=self.num_robots + 1,
+        )
 
     def place(self, rng: np.random.Generator) -> Placement:
         """Draw a map, and trips on it."""
@@ -141,9 +149,10 @@ class Town:
         start = town.centres[[trip.start for trip in trips]]
         goal = town.centres[[trip.goal for trip in trips]]
         low, high = np.log(PRIORITIES)
+        radius = AVENUE_JITTER if town.has_avenues else JITTER
         return Placement(
-            start=start + jitter(rng, self.num_robots, JITTER),
-            goal=goal + jitter(rng, self.num_robots, JITTER),
+            start=start + jitter(rng, self.num_robots, radius),
+            goal=goal + jitter(rng, self.num_robots, radius),
             walls=town.walls,
             v_max=_speeds(rng, trips),
             priority=np.exp(rng.uniform(low, high, self.num_robots)),
@@ -153,9 +162,11 @@ class Town:
 def _trips(rng: np.random.Generator, town: TownMap, num_robots: int) -> list[Trip]:
     """Trips whose starts are all in different cells, and so are their goals."""
     trips: list[Trip] = []
-    num_trapped = rng.integers(int(MOST_TRAPPED * num_robots) + 1)
-    for number in rng.permutation(len(town.trapped))[:num_trapped].tolist():
-        trip = [Trip(*town.trapped[number])]
+    num_obstructed = rng.integers(int(MOST_OBSTRUCTED * num_robots) + 1)
+    # Those across a square first: there is one at most, and it is the hardest place.
+    ends = [*_shuffled(rng, town.across_square), *_shuffled(rng, town.obstructed)]
+    for start, goal in ends[:num_obstructed]:
+        trip = [Trip(start, goal)]
         if _is_room(town, trips, trip):
             trips += trip
     for _ in range(MAX_DRAWS):
@@ -177,6 +188,11 @@ def _trips(rng: np.random.Generator, town: TownMap, num_robots: int) -> list[Tri
         may_start[start] = may_end[goal] = False
         trips.append(Trip(start, goal))
     return trips
+
+
+def _shuffled(rng: np.random.Generator, trips: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Trips in random order."""
+    return [trips[number] for number in rng.permutation(len(trips)).tolist()]
 
 
 def _drawn(rng: np.random.Generator, cells: IntArray) -> int:

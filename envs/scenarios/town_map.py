@@ -1,8 +1,9 @@
-"""Maps of towns: streets on a grid between blocks, from mazes to wide crossings, with traps in the way.
+"""Maps of towns: streets on a grid between blocks, from mazes to wide crossings, with obstacles in the way.
 
 A map has square cells. Some are *blocks*, built over; between the others some walls stand. A spanning tree of open
 sides keeps every cell within reach; how many of the other walls are open tells a maze, with its dead ends, from a net
 of streets. *Traps* are U shapes in the middle of a cell, that robots have to get round; *deep* ones take up two cells.
+Other maps have *avenues* only, straight from side to side: robots meet where they cross, and all else is built over.
 
 Letters: C cells, S walls. SI units; x points east, y north; cells are numbered row by row from the south-west.
 """
@@ -16,18 +17,23 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, shortest_path
 
-from envs.scenarios import town_traps
+from envs.scenarios import town_obstacles
 from envs.scenarios.shapes import box
+from envs.scenarios.town_avenues import Avenues
 from envs.scenarios.town_cells import PITCH, cell_centres, sides_of_cells, squares_of_cells
-from envs.scenarios.town_traps import Trap, TrapDrawer
+from envs.scenarios.town_obstacles import Obstacle, ObstacleDrawer, Trap
 from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
 
 THICKNESS = 0.15
 """Of walls, in m: more than a lidar of 360 beams needs at 3.5 m (`Lidar.least_thickness`: 0.086 m)."""
 BLOCK_SHARE = 0.15
 """Part of the cells that are built over, at most."""
-SQUARE_SHARE = 0.5
-"""Part of the maps of 4 by 4 cells or more that have an open square of four, with a trap in the middle."""
+AVENUE_SHARE = 0.5
+"""Part of the maps of 3 by 3 cells or more that have avenues, and no obstacles."""
+SQUARE_CELLS = 4
+"""Cells of a square."""
+SQUARE_SHARE = 0.8
+"""Part of the other maps of 4 by 4 cells or more that have an open square of four, with a trap in the middle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,11 +44,12 @@ class TownMap:
         size: Cells along each side.
         walls: Segments, shape (S, 2, 2), in m.
         centres: Of all cells, shape (C, 2), in m.
-        streets: Cells without block or trap, in which robots may start and end, ascending.
+        streets: Cells without block or obstacle, in which robots may start and end, ascending.
         is_street: The same as flags, shape (C,).
         hops: Cells from each to each, shape (C, C); infinite from and to blocks.
         before: Cell before the last on a shortest way from the first to the second index, shape (C, C).
-        traps: Traps that stand in it.
+        obstacles: What stands in it.
+        has_avenues: Are there avenues only?
     """
 
     size: int
@@ -52,12 +59,27 @@ class TownMap:
     is_street: BoolArray
     hops: FloatArray
     before: IntArray
-    traps: tuple[Trap, ...]
+    obstacles: tuple[Obstacle, ...]
+    has_avenues: bool
 
     @property
-    def trapped(self) -> list[tuple[int, int]]:
-        """Streets in front of a trap and behind it, for trips on whose straight way it stands."""
-        ends = [(trap.front, trap.behind) for trap in self.traps]
+    def traps(self) -> list[Trap]:
+        """Those obstacles that are traps."""
+        return [obstacle for obstacle in self.obstacles if isinstance(obstacle, Trap)]
+
+    @property
+    def obstructed(self) -> list[tuple[int, int]]:
+        """Streets in front of an obstacle and behind it, for trips on whose straight way it stands."""
+        return self._ends([each for each in self.obstacles if len(each.cells) < SQUARE_CELLS])
+
+    @property
+    def across_square(self) -> list[tuple[int, int]]:
+        """The same of the trap in a square, there and back: the way leads between it and the pillars."""
+        there = self._ends([each for each in self.obstacles if len(each.cells) == SQUARE_CELLS])
+        return [*there, *((behind, front) for front, behind in there)]
+
+    def _ends(self, obstacles: list[Obstacle]) -> list[tuple[int, int]]:
+        ends = [(obstacle.front, obstacle.behind) for obstacle in obstacles]
         return [
             (front, behind)
             for front, behind in ends
@@ -75,33 +97,41 @@ class TownMap:
         return cells[::-1]
 
 
-@lru_cache(maxsize=1024)
-def town_map(number: int, size: int, *, has_deep_traps: bool) -> TownMap:
+@lru_cache(maxsize=4096)
+def town_map(number: int, size: int, *, has_deep_traps: bool, least_streets: int = 1) -> TownMap:
     """Draw a map; the same numbers give the same map.
 
     Args:
         number: Which one.
         size: Cells along each side, at least 2.
         has_deep_traps: May traps take up two cells?
+        least_streets: Avenues have so many cells at least.
     """
     rng = np.random.default_rng([number, size])
     sides = sides_of_cells(size)
-    blocks = _blocks(rng, size, sides)
+    has_avenues = size >= 3 and rng.uniform() < AVENUE_SHARE
+    avenues = Avenues.draw(rng, size, least_streets) if has_avenues else None
+    blocks = _blocks(rng, size, sides) if avenues is None else avenues.blocks
     inner = sides[~np.isin(sides, blocks).any(axis=1)]
-    is_open = _opened(rng, size, inner)
-    square = _square(rng, size, blocks) if size >= 4 and rng.uniform() < SQUARE_SHARE else []
+    is_open = np.ones(len(inner), dtype=np.bool_) if has_avenues else _opened(rng, size, inner)
+    has_square = not has_avenues and size >= 4 and rng.uniform() < SQUARE_SHARE
+    square = _square(rng, size, blocks) if has_square else []
     is_open |= np.isin(inner, square).all(axis=1)
-    traps = _traps(rng, size, inner[is_open], blocks, square, has_deep_traps=has_deep_traps)
+    obstacles: list[Obstacle] = []
+    if not has_avenues:
+        drawer = ObstacleDrawer(rng, size, inner[is_open])
+        obstacles = _obstacles(rng, size, drawer, blocks, square, has_deep_traps=has_deep_traps)
     graph = _graph(inner[is_open], size * size)
     hops, before = shortest_path(graph, directed=False, unweighted=True, return_predecessors=True)
     border = (size * PITCH - THICKNESS) / 2.0
     room = box((-border, -border), (border, border))
-    blocked = [*(_block_walls(block, size) for block in blocks), *_wall_runs(inner[~is_open], size)]
+    built = [_block_walls(block, size) for block in blocks] if avenues is None else avenues.walls
+    blocked = [*built, *_wall_runs(inner[~is_open], size)]
     # What reaches into the walls around the town ends at them.
     inside = [np.clip(walls, -border, border) for walls in blocked]
-    walls = np.concatenate([room, *inside, *(trap.outline for trap in traps)])
+    walls = np.concatenate([room, *inside, *(obstacle.outline for obstacle in obstacles)])
     is_street = np.ones(size * size, dtype=np.bool_)
-    is_street[[*blocks, *(cell for trap in traps for cell in trap.cells)]] = False
+    is_street[[*blocks, *_taken(obstacles)]] = False
     return TownMap(
         size=size,
         walls=frozen(walls),
@@ -110,7 +140,8 @@ def town_map(number: int, size: int, *, has_deep_traps: bool) -> TownMap:
         is_street=frozen(is_street),
         hops=frozen(hops),
         before=frozen(before.astype(np.int64)),
-        traps=tuple(traps),
+        obstacles=tuple(obstacles),
+        has_avenues=has_avenues,
     )
 
 
@@ -145,29 +176,36 @@ def _opened(rng: np.random.Generator, size: int, sides: IntArray) -> BoolArray:
     return is_open
 
 
-def _traps(
+def _obstacles(
     rng: np.random.Generator,
     size: int,
-    open_sides: IntArray,
+    drawer: ObstacleDrawer,
     blocks: list[int],
     square: list[int],
     *,
     has_deep_traps: bool,
-) -> list[Trap]:
-    """Traps in cells without blocks."""
-    drawer = TrapDrawer(rng, size, open_sides)
-    most = len(square) + rng.integers(1, max(1, int(town_traps.SHARE * size * size)) + 1)
-    traps = [drawer.in_square(square, may_be_deep=has_deep_traps)] if square else []
+) -> list[Obstacle]:
+    """Obstacles in cells without blocks."""
+    most = len(square) + rng.integers(1, max(1, int(town_obstacles.SHARE * size * size)) + 1)
+    obstacles: list[Obstacle] = []
+    if square:
+        wide = drawer.in_square(square, may_be_deep=has_deep_traps)
+        obstacles += [wide, *drawer.pillars_beside(wide)]
     deep = drawer.deep(square) if has_deep_traps else None
     if deep is not None:
-        traps.append(deep)
-    taken = [cell for trap in traps for cell in trap.cells]
-    for cell in rng.permutation(np.setdiff1d(np.arange(size * size), [*blocks, *taken])).tolist():
-        if len(taken) >= most:
+        obstacles.append(deep)
+    free = np.setdiff1d(np.arange(size * size), [*blocks, *_taken(obstacles)])
+    for cell in rng.permutation(free).tolist():
+        if len(_taken(obstacles)) >= most:
             break
-        traps.append(drawer.shallow(cell))
-        taken.append(cell)
-    return traps
+        is_trap = rng.integers(2) == 0
+        obstacles.append(drawer.shallow(cell) if is_trap else drawer.pillar(cell))
+    return obstacles
+
+
+def _taken(obstacles: list[Obstacle]) -> set[int]:
+    """Cells that obstacles take up."""
+    return {cell for obstacle in obstacles for cell in obstacle.cells}
 
 
 def _square(rng: np.random.Generator, size: int, blocks: list[int]) -> list[int]:

@@ -32,6 +32,7 @@ def step(**changes: Any) -> Transition:
         "hit_wall": False,
         "timed_out": False,
         "correction": 0.0,
+        "way": 0.0,
     } | changes
     return Transition(**{
         name: np.array(value)[np.newaxis, np.newaxis] for name, value in values.items()
@@ -67,7 +68,7 @@ def test_weights_are_the_papers() -> None:
 
 def test_terms_beyond_the_paper_are_off() -> None:
     weights = RewardWeights()
-    assert weights.passing == weights.overtaking == weights.intervention == 0.0
+    assert weights.passing == weights.overtaking == weights.intervention == weights.way == 0.0
 
 
 def test_a_step_towards_the_goal_by_hand() -> None:
@@ -171,6 +172,11 @@ def test_explicit_norms_pay_the_robot_that_breaks_them() -> None:
     )
     assert reward(oncoming, weights).passing.tolist() == [[-0.7, -0.7]]
     assert reward(oncoming, RewardWeights()).passing.tolist() == [[0.0, 0.0]]
+
+
+def test_progress_on_the_shortest_way_is_paid_by_the_metre() -> None:
+    found = reward(step(way=0.03), replace(RewardWeights.sparse(), way=20.0))
+    assert paid(found) == pytest.approx({"time": -0.25, "way": 0.6})
 
 
 def test_intervention_costs_by_the_correction() -> None:

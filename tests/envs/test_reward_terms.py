@@ -106,3 +106,8 @@ def test_events_pay_the_papers_constants_where_they_happen(
 def test_intervention_costs_in_proportion() -> None:
     assert terms.intervention(0.05, -2.0) == -0.1
     assert terms.intervention(0.0, -2.0) == 0.0
+
+
+def test_the_way_is_paid_by_the_metre_and_back_again() -> None:
+    assert terms.way(0.04, 20.0) == 0.8
+    assert terms.way(-0.04, 20.0) == -0.8

@@ -5,7 +5,9 @@ from hypothesis import strategies as st
 
 from envs import Navigation
 from envs.fleet import MAX_SPEED, RADIUS
-from envs.scenarios.town import PRIORITIES, SLOW_SHARE, SLOW_SPEED, Split, Town
+from envs.scenarios.town import AVENUE_JITTER, PRIORITIES, SLOW_SHARE, SLOW_SPEED, Split, Town
+from envs.scenarios.town_avenues import HALF_WIDTH
+from envs.scenarios.town_cells import PITCH
 from envs.scenarios.wall_kernel import wall_distances
 from envs.scenarios.ways import shortest_ways
 from safefilter.errors import InvalidInput, OutOfRange
@@ -38,9 +40,11 @@ def test_robots_start_apart_and_clear_of_walls(town: Town, seed: int) -> None:
     for points in (placement.start, placement.goal):
         distance = np.linalg.norm(points[:, np.newaxis] - points, axis=-1)
         distance[np.diag_indices(len(distance))] = np.inf
-        assert distance.min() > 1.0
-        assert wall_distances(points, placement.walls).min() > 0.4
-    assert (np.linalg.norm(placement.goal - placement.start, axis=1) > 1.0).all()
+        # On avenues robots start anywhere across the street.
+        assert distance.min() > PITCH - 2.0 * AVENUE_JITTER - 1e-9
+        assert wall_distances(points, placement.walls).min() > HALF_WIDTH[0] - AVENUE_JITTER - 1e-9
+    least = PITCH - 2.0 * AVENUE_JITTER - 1e-9
+    assert (np.linalg.norm(placement.goal - placement.start, axis=1) > least).all()
     assert np.abs(placement.walls).max() <= town.half_extent
 
 

@@ -1,17 +1,14 @@
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 from envs.observation_layout import ObservationLayout
-from policies.checkpoint import write_weights
-from policies.checkpoint_errors import CheckpointMissing
 from policies.evaluation import make_navigation
 from policies.hybrid import Hybrid
 from policies.lateness import PUNCTUAL
 from policies.learned_policy import LearnedPolicy
-from policies.methods import METHODS, find_method, find_weights, policy_factory, weights_paths
+from policies.methods import METHODS, find_method, policy_factory
 from policies.nh_orca import NHORCA
 from policies.policy_weights import Weights
 from policies.presets import PRESETS
@@ -53,32 +50,6 @@ def test_what_is_compared_differs_in_what_it_says_and_nothing_else() -> None:
     assert METHODS["srl-orca-literal-late"].lateness.repeats
     # A way out that knows nothing of safety needs a filter behind it.
     assert all(m.filtering.kind == "ours" for m in METHODS.values() if m.is_unpinned)
-
-
-def test_weights_are_found_by_training_and_seed(
-    tmp_path: Path, constant_weights: MakeWeights, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    for training, seed, path in (
-        ("srl-orca", 1, "mine/srl_orca.safetensors"),
-        ("srl-orca", 2, "mine/seeds/srl_orca_2.safetensors"),
-        ("drl-cd", 3, "runs/drl-cd-3/weights.safetensors"),
-    ):
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        write_weights(path, constant_weights((0.1 * seed, 0.0), LAYOUT))
-        found = find_weights(training, seed, Path("mine"))
-        assert found.arrays["actor.4.bias"][0] == pytest.approx(0.1 * seed)
-        assert Path(path) in weights_paths(training, seed, Path("mine"))
-
-
-def test_weights_that_are_not_there_are_named_with_what_trains_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(CheckpointMissing) as caught:
-        find_weights("drl-cf", 2, tmp_path)
-    assert "no weights of drl-cf, seed 2" in str(caught.value)
-    assert "python -m policies.train drl-cf --settings.seed 2" in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ def changed(name: str, other: str = "srl-orca") -> list[str]:
         ("srl-orca", set()),
         ("short", {"num_steps"}),
         ("no-norms", {"num_steps", "reward.passing", "reward.overtaking"}),
+        ("straight-progress", {"num_steps", "reward.forward", "reward.way"}),
         ("no-cap", {"num_steps", "filtering.kind", "filtering.leg"}),
         ("nearest-leg", {"num_steps", "filtering.leg"}),
         ("no-memory", {"num_steps", "layout.has_memory"}),

@@ -111,7 +111,7 @@ def test_the_next_rollout_begins_where_the_last_one_ended_unless_the_map_is_new(
 
 def test_robots_act_on_after_all_steps_but_ends() -> None:
     trainer = Watched(replace(TINY, filtering=Filtering("off")))
-    for _ in range(6):
+    for _ in range(24):
         trainer.advance()
     assert any(experience.ends.any() for experience in trainer.seen)
     for experience in trainer.seen:

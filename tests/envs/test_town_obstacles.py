@@ -2,14 +2,25 @@ import numpy as np
 import pytest
 
 from envs.scenarios.town_cells import PITCH, cell_centres, sides_of_cells
-from envs.scenarios.town_traps import DEEP, SHALLOW, THICKNESS, WIDE, WIDTH, Trap, TrapDrawer
+from envs.scenarios.town_obstacles import (
+    DEEP,
+    PILLAR,
+    PILLAR_GAP,
+    SHALLOW,
+    THICKNESS,
+    WIDE,
+    WIDTH,
+    ObstacleDrawer,
+    Trap,
+)
+from envs.scenarios.wall_kernel import wall_distances
 
 SIZE = 4
 SQUARE = [5, 6, 9, 10]
 
 
-def _drawer(seed: int) -> TrapDrawer:
-    return TrapDrawer(np.random.default_rng(seed), SIZE, sides_of_cells(SIZE))
+def _drawer(seed: int) -> ObstacleDrawer:
+    return ObstacleDrawer(np.random.default_rng(seed), SIZE, sides_of_cells(SIZE))
 
 
 def _extent(trap: Trap) -> list[float]:
@@ -76,10 +87,52 @@ def test_a_square_is_crossed_from_one_row_into_the_other() -> None:
 
 
 def test_there_is_nothing_in_front_where_a_wall_stands_or_the_town_ends() -> None:
-    alone = TrapDrawer(np.random.default_rng(0), SIZE, np.zeros((0, 2), dtype=np.int64))
+    alone = ObstacleDrawer(np.random.default_rng(0), SIZE, np.zeros((0, 2), dtype=np.int64))
     assert alone.deep([]) is None
     trap = alone.shallow(5)
     assert trap.front is None
     assert trap.behind is None
     corners = [_drawer(seed).shallow(0) for seed in range(8)]
     assert all((trap.front is None) != (trap.behind is None) for trap in corners)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_pillars_are_squares_within_their_cell(seed: int) -> None:
+    pillar = _drawer(seed).pillar(6)
+    sides = np.linalg.norm(pillar.outline[:, 1] - pillar.outline[:, 0], axis=1)
+    np.testing.assert_allclose(sides, sides[0])
+    away = np.linalg.norm(pillar.outline[:, 0] - cell_centres(np.array(6), SIZE), axis=1)
+    np.testing.assert_allclose(away, sides[0] / np.sqrt(2.0))
+    assert PILLAR[0] <= away[0] <= PILLAR[1]
+    assert pillar.front is not None
+    assert pillar.behind is not None
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_pillars_beside_traps_let_robots_through_and_stay_in_the_square(seed: int) -> None:
+    drawer = _drawer(seed)
+    trap = drawer.in_square(SQUARE, may_be_deep=True)
+    pillars = drawer.pillars_beside(trap)
+    assert 1 <= len(pillars) <= 2
+    for pillar in pillars:
+        assert np.abs(pillar.outline).max() <= PITCH - THICKNESS + 1e-9
+        assert wall_distances(pillar.outline[:, 0], trap.outline).min() >= PILLAR_GAP[0] - 1e-9
+        assert pillar.cells == trap.cells
+
+
+def test_pillars_stand_on_one_side_or_on_both() -> None:
+    numbers, sides = set(), set()
+    for seed in range(30):
+        drawer = _drawer(seed)
+        trap = drawer.in_square(SQUARE, may_be_deep=False)
+        angle = 0.5 * np.pi * trap.opens
+        across = np.array([-np.sin(angle), np.cos(angle)])
+        found = [
+            float(np.sign(each.outline.mean(axis=(0, 1)) @ across))
+            for each in drawer.pillars_beside(trap)
+        ]
+        numbers.add(len(found))
+        sides |= set(found)
+        assert len(set(found)) == len(found)
+    assert numbers == {1, 2}
+    assert sides == {-1.0, 1.0}

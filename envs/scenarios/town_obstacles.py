@@ -1,7 +1,7 @@
-"""Traps of towns: U shapes that robots have to get round, and out of.
+"""Obstacles of towns: traps, U shapes that robots have to get round and out of, and pillars, which are convex.
 
-Shallow ones stand in the middle of a cell, *deep* ones take up two cells in a row, and those in an open *square* of
-four cells are as wide as they come.
+Shallow traps and pillars stand in the middle of a cell, *deep* traps take up two cells in a row, and those in an open
+*square* of four cells are as wide as they come, with pillars beside them.
 
 SI units; cells are numbered as in `town_cells`.
 """
@@ -13,8 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from envs.scenarios.shapes import u_shape
-from envs.scenarios.town_cells import EAST, NORTH, SOUTH, WEST, cell_beside, cell_centres
+from envs.scenarios.shapes import outline, u_shape
+from envs.scenarios.town_cells import (
+    EAST,
+    NORTH,
+    PITCH,
+    SOUTH,
+    WEST,
+    cell_beside,
+    cell_centres,
+)
 from safefilter.arrays import FloatArray, IntArray
 
 WIDTH = 0.36
@@ -27,33 +35,50 @@ SHALLOW = (0.25, 0.4)
 """Depths of traps, in m: from the least to the greatest."""
 DEEP = (0.8, 1.2)
 """Depths of deep traps, in m."""
+PILLAR = (0.14, 0.28)
+"""Half the diagonals of pillars, in m. In a street 0.29 m are left on each side at least."""
+PILLAR_GAP = (0.28, 0.5)
+"""Between a trap in a square and the pillar beside it, in m: robots of 0.21 m come through."""
+PILLAR_OFFSET = 0.5
+"""A pillar beside a trap stands forward or back of its middle by this at most, in m."""
 SHARE = 0.2
-"""Part of the cells that hold traps, at most, besides the one in a square."""
+"""Part of the cells that hold obstacles, at most, besides those in a square."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trap:
-    """One trap.
+class Obstacle:
+    """One obstacle.
 
     Attributes:
         cells: Cells that it takes up.
         outline: Segments, shape (S, 2, 2), in m.
-        width: Inside, in m.
-        depth: Inside, in m.
-        front: Open cell that its mouth faces; None if there is none.
-        behind: Open cell behind its back, straight on or (of a square) across; None if there is none.
+        front: Open cell before it, which the mouth of a trap faces; None if there is none.
+        behind: Open cell behind it, straight on or (of a square) across; None if there is none.
     """
 
     cells: tuple[int, ...]
     outline: FloatArray
-    width: float
-    depth: float
     front: int | None
     behind: int | None
 
 
-class TrapDrawer:
-    """Draws traps of one town."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Trap(Obstacle):
+    """One trap.
+
+    Attributes:
+        width: Inside, in m.
+        depth: Inside, in m.
+        opens: Where to, in quarter turns anticlockwise from the east.
+    """
+
+    width: float
+    depth: float
+    opens: int
+
+
+class ObstacleDrawer:
+    """Draws obstacles of one town."""
 
     def __init__(self, rng: np.random.Generator, size: int, open_sides: IntArray) -> None:
         """Take the streets.
@@ -103,6 +128,44 @@ class TrapDrawer:
         """A trap in the middle of a cell."""
         return self._trap((cell,), (cell, cell), int(self._rng.integers(4)), SHALLOW, WIDTH)
 
+    def pillar(self, cell: int) -> Obstacle:
+        """A pillar in the middle of a cell."""
+        opens = int(self._rng.integers(4))
+        return Obstacle(
+            cells=(cell,),
+            outline=self._square(cell_centres(np.array(cell), self._size), self._half_diagonal()),
+            front=self._open_beside(cell, opens),
+            behind=self._open_beside(cell, (opens + 2) % 4),
+        )
+
+    def pillars_beside(self, trap: Trap) -> list[Obstacle]:
+        """Pillars on one side or both of a trap in a square, in the same cells; nobody has to get past them."""
+        sides = self._rng.permutation([-1.0, 1.0])[: self._rng.integers(1, 3)]
+        return [self._pillar_beside(trap, side) for side in sides.tolist()]
+
+    def _pillar_beside(self, trap: Trap, side: float) -> Obstacle:
+        # What the arm of the trap leaves of the square, gap included.
+        arm = trap.width / 2.0 + THICKNESS
+        room = PITCH - THICKNESS - arm
+        half = self._half_diagonal(min(PILLAR[1], (room - PILLAR_GAP[0]) / 2.0))
+        gap = self._rng.uniform(PILLAR_GAP[0], min(PILLAR_GAP[1], room - 2.0 * half))
+        aside = side * (arm + gap + half)
+        forward = self._rng.uniform(-PILLAR_OFFSET, PILLAR_OFFSET)
+        angle = 0.5 * math.pi * trap.opens
+        cosine, sine = math.cos(angle), math.sin(angle)
+        offset = np.array([forward * cosine - aside * sine, forward * sine + aside * cosine])
+        centre = cell_centres(np.array(trap.cells), self._size).mean(axis=0) + offset
+        return Obstacle(trap.cells, self._square(centre, half), front=None, behind=None)
+
+    def _half_diagonal(self, most: float = PILLAR[1]) -> float:
+        return float(self._rng.uniform(PILLAR[0], most))
+
+    def _square(self, centre: FloatArray, half_diagonal: float) -> FloatArray:
+        """Outline of a square that is turned by any angle, shape (4, 2, 2), in m."""
+        angles = self._rng.uniform(0.0, 0.5 * math.pi) + 0.5 * math.pi * np.arange(4)
+        corners = centre + half_diagonal * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return outline([(float(x), float(y)) for x, y in corners])
+
     def _trap(
         self,
         cells: tuple[int, ...],
@@ -121,10 +184,11 @@ class TrapDrawer:
         return Trap(
             cells=cells,
             outline=u_shape(at, opens=angle, width=width, depth=depth, thickness=THICKNESS),
-            width=width,
-            depth=depth,
             front=self._open_beside(ends[0], opens),
             behind=self._open_beside(ends[1], (opens + 2) % 4),
+            width=width,
+            depth=depth,
+            opens=opens,
         )
 
     def _open_beside(self, cell: int, quarter: int) -> int | None:
