@@ -60,7 +60,8 @@ class SafetyFilter:
             constraints: What makes rows: `PriorityORCA`, `Separation`, `AffineBarrier`, ..., or your own.
             kinematics: What actions there are: velocities of robots, commands (a `DifferentialDrive` is a
                 `Holonomic`), or a `Box` in any number of dimensions.
-            backend: Who solves; see `available_backends`. The built-in one works in two dimensions.
+            backend: Who solves; see `available_backends`. The built-in one, ``planar``, solves for robots in plane and
+                space, and for a `Box` of two dimensions.
             tolerance: In m/s, or in the unit of the action, there at least 1e-9 of the largest bound; see `TOLERANCE`.
             deadline: Seconds that one call of `decide` may wait for another backend than the built-in one. It then
                 works in a process of its own; for what it has not answered by then, the built-in solver's answer stands
