@@ -15,6 +15,7 @@ from matplotlib.patches import Polygon
 from safefilter.arrays import FloatArray
 from safefilter.decision import Case, Decision
 from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.scene import PLANE
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     from safefilter.half_spaces import HalfSpaces
     from safefilter.safety_filter import SafetyFilter
-    from safefilter.scene import PLANE, Scene
+    from safefilter.scene import Scene
 
 # Colours that keep apart in grey and for colour-blind readers (Okabe and Ito).
 ALLOWED, PERMITTED, HARD, SOFT = "#56b4e9", "#009e73", "#000000", "#d55e00"
