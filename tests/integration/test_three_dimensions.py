@@ -40,16 +40,19 @@ def test_robots_in_space_never_collide(trial: Trial, v_opt: VOpt) -> None:
     assert_collision_free(filter_of(trial, v_opt), trial)
 
 
+@settings(max_examples=40)
 @given(rollouts(touching_in_space()), st.sampled_from(V_OPTS))
 def test_robots_in_space_that_start_in_contact_never_collide(trial: Trial, v_opt: VOpt) -> None:
     assert_collision_free(filter_of(trial, v_opt), trial)
 
 
+@settings(max_examples=40)
 @given(rollouts(crowded_in_space()), st.sampled_from(V_OPTS))
 def test_crowded_robots_in_space_never_collide(trial: Trial, v_opt: VOpt) -> None:
     assert_collision_free(filter_of(trial, v_opt), trial)
 
 
+@settings(max_examples=40)
 @given(rollouts(crowded_in_space()))
 def test_separation_alone_is_enough_in_space(trial: Trial) -> None:
     separation = sf.Separation(trial.dt, passive_speed=trial.passive_speed)
