@@ -1,4 +1,4 @@
-"""The ways of drones across a sphere: four moments, seen from the side, and from above the middle.
+"""The ways of drones across a sphere, at four moments beside each other.
 
 Letters: T steps, N robots. SI units.
 """
@@ -34,7 +34,7 @@ def write_sphere(
         dt: Duration of a step, in s.
         radius: Of a drone, in m.
     """
-    figure = Figure(figsize=(16.0, 4.6), layout="constrained")
+    figure = Figure(figsize=(16.0, 4.8), layout="constrained")
     extent = float(np.abs(track[0]).max())
     values = np.unique(priority)
     colour = np.array(COLOURS)[np.searchsorted(values, priority) % len(COLOURS)]
@@ -46,7 +46,7 @@ def write_sphere(
         axes.set_xlim(-extent, extent)
         axes.set_ylim(-extent, extent)
         axes.set_zlim(-extent, extent)
-        axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.15)
+        axes.set_box_aspect((1.0, 1.0, 1.0), zoom=0.95)
         axes.set_xlabel("x in m")
         axes.set_ylabel("y in m")
     legend = "   ".join(
