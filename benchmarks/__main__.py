@@ -11,6 +11,7 @@ from rich.console import Console
 
 from benchmarks import (
     circle_step,
+    differentiable,
     drive_mappings,
     drive_step,
     simulator,
@@ -25,6 +26,7 @@ from benchmarks.results import FOLDER, Result, as_markdown, as_table, committed_
 
 BENCHMARKS: dict[str, Callable[..., Result]] = {
     "circle_step": circle_step.measure,
+    "differentiable": differentiable.measure,
     "drive_mappings": drive_mappings.measure,
     "drive_step": drive_step.measure,
     "simulator": simulator.measure,

@@ -4,7 +4,22 @@ from __future__ import annotations
 
 from safefilter.comparison import machine
 
-PACKAGES = ("numpy", "numba", "pyrvo", "qpsolvers", "daqp", "quadprog", "osqp", "clarabel", "cvxpy")
+PACKAGES = (
+    "numpy",
+    "numba",
+    "pyrvo",
+    "qpsolvers",
+    "daqp",
+    "quadprog",
+    "osqp",
+    "clarabel",
+    "cvxpy",
+    "torch",
+    "cvxpylayers",
+    "diffcp",
+    "proxsuite",
+    "qpth",
+)
 
 
 def describe_machine() -> dict[str, str]:

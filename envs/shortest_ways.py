@@ -19,11 +19,11 @@ from envs.world import World, over_worlds
 from safefilter.arrays import BoolArray, FloatArray
 from safefilter.jit import kernel
 
-SPACING = 0.075
+SPACING = 0.1
 """Between the points of the grid, in m."""
-ROOM = 0.75
-"""Points nearer to a wall than this part of a radius have no room. Less than 1, since points are apart: a gap of 0.28 m
-is open for a robot of 0.105 m wherever it is and whatever its direction, and one of 0.15 m is not."""
+ROOM = 0.85
+"""Points nearer to a wall than this part of a radius have no room. Less than 1, since points are apart: a gap of 0.32 m
+is open for a robot of 0.105 m wherever it is and whatever its direction, and one of 0.17 m is not."""
 MARGIN = 0.3
 """Grids go so far beyond walls, robots and goals, in m."""
 KEPT_MAPS = 1024

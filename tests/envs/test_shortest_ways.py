@@ -125,7 +125,7 @@ def test_lengths_agree_with_those_of_a_graph() -> None:
 def test_a_gap_that_robots_fit_through_is_open_and_one_they_do_not_is_shut(
     middle: float, angle: float
 ) -> None:
-    for gap, is_open in ((0.28, True), (0.15, False)):
+    for gap, is_open in ((0.32, True), (0.17, False)):
         ends = np.array([[-3.0, -gap / 2.0], [gap / 2.0, 3.0]]) + middle
         turn = np.array([-np.sin(angle), np.cos(angle)])
         walls = ends[..., np.newaxis] * turn

@@ -1,0 +1,107 @@
+"""The two operators behind `Projection`, registered with torch: the answer, and its derivative.
+
+As custom operators they are one step to `torch.compile` (which cannot look into a compiled kernel, and need not), and
+say on which shapes they work. They have a first derivative only: asking for a second one is an error of torch's.
+
+Letters: B decisions, M rows, n variables.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from safefilter.differentiable.answer import answer
+from safefilter.differentiable.found import TensorRows
+from safefilter.differentiable.sensitivity import Answered, gradients, least_violation_of
+
+
+@torch.library.custom_op(
+    "safefilter::project",
+    mutates_args=(),
+    schema="(Tensor action, Tensor normals, Tensor offsets, Tensor hard, Tensor present, float tolerance)"
+    " -> (Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor)",
+)
+def project(
+    action: Tensor,
+    normals: Tensor,
+    offsets: Tensor,
+    hard: Tensor,
+    present: Tensor,
+    tolerance: float,
+) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
+    """Answer a batch, see `Projection.solve`.
+
+    Args:
+        action: Shape (B, n), float64.
+        normals: Shape (B, M, n), float64.
+        offsets: Shape (B, M), float64.
+        hard: Shape (B, M), bool.
+        present: Shape (B, M), bool.
+        tolerance: In the unit of the action.
+
+    Returns:
+        Point, t*, case, active, multipliers, proof, weights.
+    """
+    found = answer(action, TensorRows(normals, offsets, hard, present), tolerance)
+    answered = (found.point, found.active, found.multipliers, found.proof, found.weights)
+    return (
+        found.point,
+        least_violation_of(Answered(normals, offsets, hard, *answered)),
+        found.case,
+        found.active,
+        found.multipliers,
+        found.proof,
+        found.weights,
+    )
+
+
+@project.register_fake
+def _shapes(action: Tensor, *_: Tensor | float) -> tuple[Tensor, ...]:
+    batch, size = action.shape
+    return (
+        torch.empty_like(action),
+        action.new_empty(batch),
+        action.new_empty(batch, dtype=torch.int8),
+        action.new_empty((batch, size), dtype=torch.int64),
+        action.new_empty((batch, size)),
+        action.new_empty((batch, size + 1), dtype=torch.int64),
+        action.new_empty((batch, size + 1)),
+    )
+
+
+@torch.library.custom_op(
+    "safefilter::project_backward",
+    mutates_args=(),
+    schema="(Tensor of_point, Tensor of_least, Tensor normals, Tensor offsets, Tensor hard, Tensor point,"
+    " Tensor active, Tensor multipliers, Tensor proof, Tensor weights) -> (Tensor, Tensor, Tensor)",
+)
+def project_backward(
+    of_point: Tensor, of_least: Tensor, *given: Tensor
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Gradients of an answer, see `safefilter.differentiable.sensitivity.gradients`."""
+    return gradients(Answered(*given), of_point, of_least)
+
+
+@project_backward.register_fake
+def _backward_shapes(of_point: Tensor, of_least: Tensor, *given: Tensor) -> tuple[Tensor, ...]:  # noqa: ARG001 - torch calls this with all arguments
+    normals, offsets, *_ = given
+    return torch.empty_like(of_point), torch.empty_like(normals), torch.empty_like(offsets)
+
+
+def _keep(ctx: Any, inputs: tuple[Any, ...], output: tuple[Tensor, ...]) -> None:
+    _, normals, offsets, hard, _, _ = inputs
+    point, _, _, active, multipliers, proof, weights = output
+    ctx.save_for_backward(normals, offsets, hard, point, active, multipliers, proof, weights)
+
+
+def _backward(
+    ctx: Any, of_point: Tensor, of_least: Tensor, *_: Tensor
+) -> tuple[Tensor | None, ...]:
+    action, normals, offsets = project_backward(of_point, of_least, *ctx.saved_tensors)
+    return action, normals, offsets, None, None, None
+
+
+project.register_autograd(_backward, setup_context=_keep)

@@ -1,0 +1,38 @@
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import torch
+
+from safefilter.differentiable.operators import project
+
+Ask = Callable[..., Any]
+# torch.library's own checks, but for those that need the operator to be traced with symbolic sizes of a backward graph.
+CHECKS = (
+    "test_schema",
+    "test_autograd_registration",
+    "test_faketensor",
+    "test_aot_dispatch_dynamic",
+)
+
+
+@pytest.mark.parametrize("size", [2, 3])
+def test_torch_finds_nothing_wrong_with_the_operator(ask: Ask, size: int) -> None:
+    question = ask(0, 5, size, 6).with_gradients()
+    rows = (question.normals, question.offsets, question.hard, question.present)
+    torch.library.opcheck(project, (question.action, *rows, 1e-9), test_utils=CHECKS)
+
+
+def test_shapes_are_known_without_an_answer() -> None:
+    with torch.device("meta"):
+        rows = (torch.empty(7, 4, 3), torch.empty(7, 4), *torch.empty(2, 7, 4).bool())
+        out = project(torch.empty(7, 3), *rows, 1e-9)
+    assert [tuple(field.shape) for field in out] == [
+        (7, 3),
+        (7,),
+        (7,),
+        (7, 3),
+        (7, 3),
+        (7, 4),
+        (7, 4),
+    ]
