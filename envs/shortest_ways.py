@@ -71,7 +71,8 @@ class ShortestWays:
             lambda first, last: _look_up(
                 first, last, self._field, self._corner, place, goal, lengths
             ),
-            *lengths.shape,
+            world.num_worlds,
+            world.num_robots,
         )
         return lengths
 

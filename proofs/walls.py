@@ -16,6 +16,7 @@ import z3
 from proofs import apart
 from proofs.prover import Assumptions, Proof, Values, prove
 from proofs.symbolic import Number, outcome, symbolic
+from safefilter.constraints.margins import NO_MARGINS
 from safefilter.constraints.row_buffers import RowLabels
 from safefilter.constraints.walls import add_wall_rows, to_closest_point
 from safefilter.scene import RADIUS, X, Y
@@ -68,7 +69,10 @@ OPEN_POINT = {"to_closest_point": lambda *_: (Number(C_X), Number(C_Y))}
 def _row(*, is_own: bool = False) -> tuple[Any, ...]:
     add_rows, scene = symbolic(add_wall_rows, OPEN_POINT), one_wall(is_own=is_own)
     rows = RowLabels(np.zeros((3, 1), dtype=object), np.zeros((2, 1), dtype=np.int64))
-    add_rows(rows, 0, scene, 0, Number(MARGIN), Number(HORIZON), Number(LIMIT), 0)
+    add_rows(
+        *(rows, 0, scene, 0, Number(MARGIN), Number(HORIZON), Number(LIMIT), 0),
+        *(NO_MARGINS.position_error, NO_MARGINS.gain, NO_MARGINS.turn_cosine, NO_MARGINS.turn_sine),
+    )
     return tuple(rows.array[:, 0])
 
 

@@ -27,6 +27,7 @@ from safefilter.programs.convex_program import ConvexProgram
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
 from safefilter.solve import solve
+from safefilter.uncertainty import Uncertainty
 
 __version__ = "0.1.0"
 
@@ -54,6 +55,7 @@ __all__ = [
     "Solution",
     "StaticObstacles",
     "Status",
+    "Uncertainty",
     "available_backends",
     "certify",
     "compare_backends",

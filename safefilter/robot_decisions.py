@@ -32,6 +32,7 @@ from safefilter.batch.records import (
 from safefilter.batch.robots import robots_of
 from safefilter.certificate import Certificate
 from safefilter.constraints.constraint import Constraint
+from safefilter.constraints.margins import own_error
 from safefilter.constraints.priority_orca import NO_ORCA, PriorityORCA
 from safefilter.constraints.row_buffers import half_spaces_from_rows
 from safefilter.constraints.scene_arrays import SceneArrays
@@ -102,15 +103,28 @@ class RobotDecisions:
                 f"{StaticObstacles.name}: robots in space have no walls; drop it, and write rows for what is around "
                 "them as a Constraint of your own"
             )
+        self._rows_each, self._lateness = 1, 0.0
         for number, constraint in enumerate(self.constraints, start=1):
             if isinstance(constraint, PriorityORCA) and not self._orca.is_used:
                 self._orca = constraint.settings(number, self.kinematics.tracking_error)
             elif isinstance(constraint, Separation) and not self._separation.is_used:
-                self._separation = constraint.settings(number, len(self.constraints) + 1)
+                constraint.require_dimension(self._dimension)
+                self._separation = constraint.settings(
+                    number, len(self.constraints) + 1, self.kinematics.omega_max
+                )
+                self._rows_each = constraint.rows_each
+                self._lateness = constraint.uncertainty.lateness
             elif isinstance(constraint, StaticObstacles) and not self._static.is_used:
                 self._static = constraint.settings(number)
             else:
                 self._own[number] = constraint
+        # Soft rows keep pairs as much further apart as hard rows will: else robots would run into those.
+        off = source_of(own_error)(
+            self._separation.position_error,
+            self._separation.stale_time,
+            self.kinematics.top_speed * self._separation.gain,
+        )
+        self._orca = self._orca._replace(tracking_error=self._orca.tracking_error + off)
 
     def with_constraints(self, constraints: tuple[Constraint, ...]) -> RobotDecisions:
         """Obey these constraints, and share the rest."""
@@ -235,6 +249,9 @@ class RobotDecisions:
             )
         command = np.array(action, dtype=np.float64, order="C")
         drive = self.kinematics.drive(scene, command)
+        if self._lateness > 0.0 and drive.is_used:
+            # Arcs are judged for as long as they may go on.
+            drive = drive._replace(dt=drive.dt + self._lateness)
         wanted = wanted_velocities(drive, robots, command) if drive.is_used else command
         for orca in self._orcas:
             orca.require(scene)
@@ -242,7 +259,8 @@ class RobotDecisions:
         self._check_reach(scene, limits.speed_limit)
         user = user_rows(self._own, scene, wanted, robots)
         neighbours, walls = scene.most_neighbours, scene.most_walls
-        capacity = limits.sides.shape[1] + 2 * (neighbours + walls) + user.array.shape[2]
+        hard = self._rows_each * (neighbours + walls)
+        capacity = limits.sides.shape[1] + hard + neighbours + walls + user.array.shape[2]
         # By position: by name it takes a third of a microsecond more, and a single decision is short.
         return Problem(
             SceneArrays.of(scene),
@@ -275,7 +293,7 @@ class RobotDecisions:
             return
         for constraint in self.constraints:
             if isinstance(constraint, Separation):
-                needed = constraint.required_reach(scene, speed_limit)
+                needed = constraint.required_reach(scene, speed_limit, self.kinematics.omega_max)
                 if scene.reach < needed:
                     raise OutOfRange(
                         f"reach: hard rows need every neighbour within {needed:.4g} m, but the scene sees "

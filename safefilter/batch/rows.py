@@ -11,6 +11,7 @@ import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.batch.records import Problem
+from safefilter.constraints.margins import NO_MARGINS
 from safefilter.constraints.priority_orca import add_orca_rows
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
 from safefilter.constraints.separation import add_separation_rows
@@ -52,6 +53,10 @@ def make_rows(
             static.time_horizon,
             limit,
             static.source,
+            NO_MARGINS.position_error,
+            NO_MARGINS.gain,
+            NO_MARGINS.turn_cosine,
+            NO_MARGINS.turn_sine,
         )
     num_budgets = copy_rows(user, k, 0, rows, count)
     num_hard = copy_rows(user, k, 1, rows, num_budgets)

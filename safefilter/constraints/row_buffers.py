@@ -11,7 +11,7 @@ import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.half_spaces import HalfSpaces
-from safefilter.jit import array_formula
+from safefilter.jit import array_formula, formula
 
 
 class RowLabels(NamedTuple):
@@ -51,6 +51,14 @@ def row_buffers(num_decisions: int, capacity: int, dimension: int = 2) -> RowLab
         np.zeros((num_decisions, dimension + 1, capacity)),
         np.zeros((num_decisions, 2, capacity), dtype=np.int64),
     )
+
+
+@formula
+def label_rows(rows: RowLabels, first: int, last: int, source: int, other: int) -> None:
+    """Label rows [first, last)."""
+    for k in range(first, last):
+        rows.label[0, k] = source
+        rows.label[1, k] = other
 
 
 def half_spaces_from_rows(

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray, positive_number
+from safefilter.constraints.margins import NO_MARGINS
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
 from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import SAFETY_MARGIN
@@ -89,5 +90,9 @@ def _static_rows(
             settings.time_horizon,
             np.inf,
             settings.source,
+            NO_MARGINS.position_error,
+            NO_MARGINS.gain,
+            NO_MARGINS.turn_cosine,
+            NO_MARGINS.turn_sine,
         )
     return rows.array, rows.label, count

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 
-from safefilter.constraints.row_buffers import RowLabels
+from safefilter.constraints.margins import add_fence, wall_tilt
+from safefilter.constraints.row_buffers import RowLabels, label_rows
 from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.jit import formula
 from safefilter.scene import RADIUS, X, Y
@@ -62,16 +63,23 @@ def add_wall_rows(
     horizon: float,
     speed_limit: float,
     source: int,
+    error: float,
+    gain: float,
+    turn_cosine: float,
+    turn_sine: float,
 ) -> int:
     """Write robot i's rows ``e @ v <= gap / horizon`` from ``count`` on; returns the new count.
 
     With the step as horizon these are the budgets of the one-step separation. With a longer one they are the velocity
     obstacle of the segment around standing still: the boundary point nearest to v = 0 is the cut-off across e.
     A row that the speed limit makes true anyway is left out.
+
+    The last four say by how much the robot may be off where it is said to be, and off what it is told to do: see
+    `margins`. The speed limit is that of what executes.
     """
     state = scene.state
     p_x, p_y, radius = state[i, X], state[i, Y], state[i, RADIUS]
-    reach = speed_limit * horizon + radius + margin
+    reach = speed_limit * horizon + radius + margin + error
     for part in range(2):
         # Walls that everyone knows come first, then those of this robot's own.
         start = 0 if part == 0 else scene.wall_range[i, 0]
@@ -86,10 +94,17 @@ def add_wall_rows(
             e_x, e_y = across(a_x, a_y, b_x, b_y)
             if distance > 0.0:
                 e_x, e_y = c_x / distance, c_y / distance
-            rows.array[0, count] = -e_x
-            rows.array[1, count] = -e_y
-            rows.array[2, count] = -wall_budget(distance, radius, margin + own_margin) / horizon
-            rows.label[0, count] = source
-            rows.label[1, count] = w
-            count += 1
+            kept = margin + own_margin + error
+            first = count
+            count = add_fence(
+                rows,
+                count,
+                e_x,
+                e_y,
+                wall_tilt(distance, radius + kept, error),
+                turn_cosine,
+                turn_sine,
+                wall_budget(distance, radius, kept) / (gain * horizon),
+            )
+            label_rows(rows, first, count, source, w)
     return count

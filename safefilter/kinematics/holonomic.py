@@ -59,6 +59,7 @@ class Holonomic:
     Attributes:
         name: ``allowed_velocities``.
         tracking_error: How far off its velocity's course a robot may be, in m: not at all.
+        omega_max: Largest turn rate, in rad/s: discs that take any velocity need not turn.
         is_uniform: Is there one ``v_max`` for all robots?
         dimension: d: 2 in the plane, 3 in space.
         sides: Sides of the polygon or faces of the polyhedron, shape (d + 1, S): inward normal and offset for a disc or
@@ -73,6 +74,7 @@ class Holonomic:
 
     name = "allowed_velocities"
     tracking_error = 0.0
+    omega_max = 0.0
 
     def __init__(
         self, v_max: npt.ArrayLike, sides: int = 64, *, dimension: int = PLANE, faces: int = 320
@@ -116,6 +118,11 @@ class Holonomic:
         self.sides = frozen(
             np.stack([-np.cos(angle), -np.sin(angle), np.full(sides, -self.inner_radius)])
         )
+
+    @property
+    def top_speed(self) -> float:
+        """Largest speed of any robot, in m/s."""
+        return float(self._v_max.max())
 
     def v_max(self, scene: Scene) -> FloatArray:
         """Largest speed of each robot of a scene, shape (N,), in m/s.

@@ -61,6 +61,13 @@ from safefilter.testing.strategies import (
 )
 from safefilter.testing.tally import Tally
 from safefilter.testing.tracked_velocities import NotTracked, assert_tracked
+from safefilter.testing.uncertain_loop import (
+    Adversary,
+    AtRandom,
+    UncertainStep,
+    UncertainTrial,
+    roll_out_uncertain,
+)
 from safefilter.testing.wall_strategies import walls
 
 __all__ = [
@@ -69,6 +76,8 @@ __all__ = [
     "CONTRACT_TOLERANCE",
     "FAULTS",
     "FAULTS_IN_A_PROCESS",
+    "Adversary",
+    "AtRandom",
     "BackendsDisagree",
     "ClosedLoop",
     "Collision",
@@ -84,6 +93,8 @@ __all__ = [
     "Step",
     "Tally",
     "Trial",
+    "UncertainStep",
+    "UncertainTrial",
     "UniformRandom",
     "WrongAllocation",
     "WrongChange",
@@ -107,6 +118,7 @@ __all__ = [
     "programs",
     "radii",
     "roll_out",
+    "roll_out_uncertain",
     "rollouts",
     "scenes",
     "speeds",

@@ -31,7 +31,8 @@ def all_free() -> BoolArray:
 
 def straight(goal: tuple[float, float]) -> FloatArray:
     along = SPACING * np.arange(SIZE)
-    return np.hypot(along - goal[0], along[:, np.newaxis] - goal[1])
+    found: FloatArray = np.hypot(along - goal[0], along[:, np.newaxis] - goal[1])
+    return found
 
 
 def test_upwind_by_hand() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from envs import Circle, Crossroad, Fleet, Navigation
 from envs.fleet import RADIUS
-from envs.reward import TERMS, RewardWeights
+from envs.reward import RewardWeights
 from envs.reward_tracker import RewardTracker
 from envs.scenarios import Town, load_scenario
 from envs.scenarios.scenario import Placement
@@ -155,7 +155,7 @@ def test_progress_adds_up_to_the_whole_way() -> None:
     navigation = Navigation(BehindAWall())
     navigation.reset(0)
     world = navigation.world
-    tracker = RewardTracker(RewardWeights(**{**dict.fromkeys(TERMS, 0.0), "way": 1.0}))
+    tracker = RewardTracker(replace(RewardWeights.sparse(), way=1.0))
     first = lengths(ShortestWays(), world)
     paid = np.zeros((1, 2))
     rng = np.random.default_rng(0)

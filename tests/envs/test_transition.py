@@ -24,6 +24,7 @@ def at_rest() -> Transition:
         hit_wall=flag,
         timed_out=flag,
         correction=number,
+        way=number,
     )
 
 

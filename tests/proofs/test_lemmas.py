@@ -13,8 +13,9 @@ import pytest
 import z3
 
 from proofs import __main__ as command_line
-from proofs import apart, horizon
+from proofs import apart, executed, horizon, uncertain_pair
 from proofs.prover import NotProved
+from proofs.separation import KEPT_APART
 
 BUDGETS = "safefilter.constraints.budgets"
 SEPARATION = "safefilter.constraints.separation"
@@ -22,6 +23,7 @@ WALLS = "safefilter.constraints.walls"
 ARC = "safefilter.kinematics.arc"
 LAST_WORD = "safefilter.kinematics.drive_last_word"
 HOLONOMIC_WORD = "safefilter.kinematics.last_word"
+MARGINS = "safefilter.constraints.margins"
 CHECKS = "safefilter.backends.planar_kernel_checks"
 
 
@@ -160,6 +162,39 @@ WRONG: dict[str, Wrong] = {
         lambda rows, _, x, y: (0, rows.array[2, 0] - rows.array[0, 0] * x - rows.array[1, 0] * y),
         lambda of: of.permitted(),
     ),
+    "a robot that does not move on": (
+        "margins",
+        f"{MARGINS}.own_error",
+        lambda position, *_: position,
+        lambda of: of.own(),
+    ),
+    "a fence that is not turned": (
+        "fences",
+        f"{MARGINS}.add_row",
+        lambda rows, count, *given: (
+            rows.array.__setitem__((slice(None), count), [-given[0], -given[1], -given[4]])
+            or count + 1
+        ),
+        lambda of: of.written(),
+    ),
+    "all of the gap for each, of what is certain": (
+        "uncertain_steps",
+        f"{BUDGETS}.shared_budget",
+        lambda gap, _: gap,
+        lambda of: of.asked(0),
+    ),
+    "a wall that is where it seems": (
+        "uncertain_walls",
+        f"{WALLS}.wall_budget",
+        lambda distance, radius, _: distance - radius,
+        lambda of: of.asked(),
+    ),
+    "a velocity that is what it seems": (
+        "uncertain_passive",
+        f"{MARGINS}.credited_approach",
+        lambda seen, *_: seen,
+        lambda of: of.credited(),
+    ),
     "weights of any sum": (
         "optimality",
         f"{CHECKS}.is_proof",
@@ -168,7 +203,7 @@ WRONG: dict[str, Wrong] = {
     ),
 }
 # Tried by the tests below, and by `test_wrong_formulas`.
-TRIED_APART = {"apart", "boundary", "horizon", "orca_rows"}
+TRIED_APART = {"apart", "boundary", "executed", "horizon", "orca_rows", "uncertain_pair"}
 
 
 @pytest.mark.parametrize("wrong", WRONG)
@@ -205,3 +240,17 @@ def test_half_planes_that_support_nothing_keep_nothing_apart(
     monkeypatch.setattr("proofs.boundary.supporting", apart.projection)
     with pytest.raises(NotProved, match="the claim is false"):
         horizon.alone.__wrapped__()
+
+
+def test_rows_that_hold_nothing_keep_no_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("proofs.executed.fenced", apart.projection)
+    with pytest.raises(NotProved, match="the claim is false"):
+        executed.keeps_budget.__wrapped__()
+
+
+def test_two_robots_do_not_stay_further_apart_than_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "proofs.uncertain_pair.apart_by", lambda x, y: x * x + y * y >= 4 * KEPT_APART**2
+    )
+    with pytest.raises(NotProved, match="the claim is false"):
+        uncertain_pair.out_of_step.__wrapped__()

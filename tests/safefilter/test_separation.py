@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,13 +36,13 @@ class Crowd:
     scene: Scene
     v_max: FloatArray
 
-    def rows(self, **settings: float) -> HalfSpaces:
+    def rows(self, **settings: Any) -> HalfSpaces:
         """The separation rows of all cooperating robots, speed limits known."""
         safety = SafetyFilter([Separation(DT, **settings)], Holonomic(self.v_max))
         robots = np.flatnonzero(self.scene.cooperative)
         return safety.half_spaces(self.scene, np.zeros((len(robots), 2)))
 
-    def budgets(self, **settings: float) -> dict[tuple[int, int], float]:
+    def budgets(self, **settings: Any) -> dict[tuple[int, int], float]:
         """Advance allowed to each robot towards each other one, in m, by the formulas; inf where there is no row."""
         rows = self.rows(**settings)
         robots = np.flatnonzero(self.scene.cooperative).tolist()

@@ -127,3 +127,15 @@ def test_robots_that_do_not_cooperate_need_a_reach_for_their_speed_in_space() ->
     limit = np.array([1.0, 1.0])
     # Two radii, and a step of what each may cover: 1 and 7 m/s.
     assert sf.Separation(0.5, 0.0).required_reach(scene, limit) == pytest.approx(1.0 + 0.5 * 8.0)
+
+
+def test_bounds_on_errors_are_refused_and_not_forgotten() -> None:
+    careful = sf.Separation(DT, uncertainty=sf.Uncertainty(position_error=0.01))
+    scene = sf.Scene.from_world(np.eye(3), np.zeros((3, 3)), 0.1)
+    message = "uncertainty: what errors ask for is known for robots in the plane only; drop it for robots in space"
+    with pytest.raises(sf.errors.InvalidInput) as caught:
+        rows_of(scene, careful)
+    assert str(caught.value) == message
+    with pytest.raises(sf.errors.InvalidInput) as caught:
+        careful.half_spaces(scene, np.zeros((3, 3)), np.arange(3))
+    assert str(caught.value) == message
