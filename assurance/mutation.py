@@ -39,7 +39,7 @@ TARGETS: dict[str, tuple[str, ...]] = {
         "test_velocity_obstacle_formulas", "test_velocity_obstacle", "test_priority_orca",
     ),
     "constraints/separation": (
-        "test_separation", "test_separation_budgets", "test_separation_reach",
+        "test_separation", "test_budgets", "test_separation_reach",
     ),
     "constraints/walls": ("test_walls", "test_static_obstacles"),
     "programs/convex_program": ("test_convex_program",),

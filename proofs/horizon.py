@@ -28,7 +28,7 @@ from proofs.boundary import (
 from proofs.orca_rows import ARE_SHIPPED, POSITIVE_PRIORITIES, U_I, U_J, V_OPTS
 from proofs.prover import Assumptions, Proof, Values, prove
 from proofs.symbolic import Outcome
-from safefilter.constraints import priority_orca
+from safefilter.constraints.v_opt import CURRENT
 from safefilter.scene import V_X, V_Y
 
 TIME = apart.TIME
@@ -103,7 +103,7 @@ def cooperative(v_opt: str) -> Proof:
 @cache
 def alone() -> Proof:
     """One robot in its half-plane, against one that does not cooperate and keeps the velocity that was observed."""
-    rows = orca_rows.rows_of_pair(priority_orca.CURRENT, cooperative=False)
+    rows = orca_rows.rows_of_pair(CURRENT, cooperative=False)
     v_x, v_y = (orca_rows.pair_cells()[column][1] for column in (V_X, V_Y))
     return _prove(
         "horizon.alone",

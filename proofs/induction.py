@@ -14,7 +14,7 @@ import z3
 from proofs.prover import Proof, prove
 from proofs.separation import KEPT_APART, MARGIN, RADII
 from proofs.symbolic import Number, outcome, symbolic
-from safefilter.constraints.separation import clearance
+from safefilter.constraints.budgets import clearance
 
 NEXT_X, NEXT_Y = z3.Reals("next_p_x next_p_y")
 DISTANCE = z3.Real("next_D")

@@ -21,9 +21,10 @@ from proofs.symbolic import POSITIVE, Condition, Number, Outcome, outcome, symbo
 from proofs.terms import canonical
 from safefilter.constraints import priority_orca
 from safefilter.constraints.row_buffers import RowLabels
+from safefilter.constraints.v_opt import CURRENT, SHARED
 from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, WANTED_X, WANTED_Y, X, Y
 
-V_OPTS = {"current": priority_orca.CURRENT, "shared": priority_orca.SHARED}
+V_OPTS = {"current": CURRENT, "shared": SHARED}
 SLACK_RULE = z3.Real("slack_rule")
 # What the robots do, in the end.
 U_I, U_J = z3.Reals("u_i_x u_i_y"), z3.Reals("u_j_x u_j_y")
@@ -146,7 +147,7 @@ def together(v_opt: str) -> Proof:
 @cache
 def alone() -> Proof:
     """Against a robot that does not cooperate and keeps its velocity, one row takes the whole change."""
-    rows = rows_of_pair(priority_orca.CURRENT, cooperative=False)
+    rows = rows_of_pair(CURRENT, cooperative=False)
     v_x, v_y = (pair_cells()[column][1] for column in (V_X, V_Y))
     return prove(
         "orca_rows.alone",

@@ -20,6 +20,7 @@ from proofs.orca_rows import row_of
 from proofs.prover import NotProved, prove
 from proofs.symbolic import Number, outcome, rebound, symbolic
 from safefilter.constraints import priority_orca
+from safefilter.constraints.v_opt import OWN
 from safefilter.scene import PRIORITY, RADIUS, WANTED_X, WANTED_Y, X
 
 WANTED = z3.Reals("wanted_i_x wanted_i_y wanted_j_x wanted_j_y")
@@ -66,7 +67,7 @@ def _rows(add_rows: Any, wanted: Any, number: Any) -> tuple[Any, ...]:
     state[1, [WANTED_X, WANTED_Y]] = wanted[2:]
     settings = priority_orca.NO_ORCA._replace(
         is_used=True,
-        v_opt=priority_orca.OWN,
+        v_opt=OWN,
         time_horizon=number(Fraction(HORIZON)),
         overlap_horizon=number(Fraction(1)),
         max_neighbours=1,

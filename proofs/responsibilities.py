@@ -10,8 +10,7 @@ import z3
 
 from proofs.prover import Proof, prove
 from proofs.symbolic import Number, Outcome, outcome, symbolic
-from safefilter.constraints.priority_orca import share_of_change
-from safefilter.constraints.responsibility import responsibility, room
+from safefilter.constraints.responsibility import responsibility, room, share_of_change
 
 OWN, OTHER, HIGHER, CHANGE = z3.Reals("pr_i pr_j higher_pr change")
 POSITIVE = {"pr_i > 0": OWN > 0, "pr_j > 0": OTHER > 0}

@@ -4,7 +4,7 @@ During a step every robot moves straight at constant speed. Seen from one robot,
 ``p + s d``, s in [0, 1], with p the relative position at the start and d the relative displacement. The squared
 distance is a parabola in s, so its least value is exact: there is nothing between two samples to miss.
 
-Letters: N robots, P pairs. m; s is a fraction of the step.
+Letters: N robots, P pairs, d dimensions. m; s is a fraction of the step.
 """
 
 from __future__ import annotations
@@ -75,8 +75,8 @@ def closest_approach(
     """Judge one step.
 
     Args:
-        position: Centres at the start of the step, shape (N, 2), in m.
-        displacement: Straight movements during the step, shape (N, 2), in m.
+        position: Centres at the start of the step, shape (N, d), in m.
+        displacement: Straight movements during the step, shape (N, d), in m.
         radius: Shape (N,), in m.
         pairs: Who is judged.
     """
@@ -90,6 +90,6 @@ def closest_approach(
     np.divide(closing, travelled, out=fraction, where=(closing > 0.0) & (closing < travelled))
     fraction[(closing > 0.0) & (closing >= travelled)] = 1.0
     nearest = p + fraction[:, None] * d
-    start = np.hypot(p[:, 0], p[:, 1]) - contact
-    least = np.hypot(nearest[:, 0], nearest[:, 1]) - contact
+    start = np.hypot.reduce(p, axis=1) - contact
+    least = np.hypot.reduce(nearest, axis=1) - contact
     return Approach(start, np.minimum(start, least), fraction)

@@ -47,7 +47,7 @@ def find_neighbours(
     blocks = blocks_of(world)
     if longest_list(blocks) <= ALL_PAIRS_LIMIT:
         return _pairs_in_blocks(position, world, reach, blocks)
-    grid = _fill_grid(position, world, reach)
+    grid = fill_grid(position, world, reach)
     parts: dict[int, tuple[IntArray, IntArray]] = {}
 
     def list_range(first: int, last: int) -> None:
@@ -168,7 +168,8 @@ def cell_along(coordinate: float, cell_size: float) -> int:
 
 
 @kernel
-def _fill_grid(position: FloatArray, world: IntArray, reach: float) -> Grid:
+def fill_grid(position: FloatArray, world: IntArray, reach: float) -> Grid:
+    """Sort robots by the bucket of their cell: by the first two coordinates, and the world."""
     num_robots = len(position)
     num_buckets = 1
     while num_buckets < 2 * num_robots:
@@ -193,15 +194,24 @@ def _fill_grid(position: FloatArray, world: IntArray, reach: float) -> Grid:
 
 @formula
 def visit_cells(
-    reach_squared: float, grid: Grid, world: IntArray, i: int, found: IntArray, count: int
+    reach_squared: float,
+    grid: Grid,
+    world: IntArray,
+    i: int,
+    own_world: int,
+    found: IntArray,
+    count: int,
 ) -> int:
-    """Write robot i's neighbours to ``found`` from ``count`` on as far as it has room; returns the new count."""
+    """Write robot i's neighbours to ``found`` from ``count`` on as far as it has room; returns the new count.
+
+    They are of ``own_world``: its own, but for robots in space, to whom each floor is one.
+    """
     num_buckets = len(grid.bucket_start) - 1
     own = grid.place[i]
     x, y = grid.position[own, 0], grid.position[own, 1]
     for cell_x in range(grid.cell[own, 0] - 1, grid.cell[own, 0] + 2):
         for cell_y in range(grid.cell[own, 1] - 1, grid.cell[own, 1] + 2):
-            b = bucket(cell_x, cell_y, world[i], num_buckets)
+            b = bucket(cell_x, cell_y, own_world, num_buckets)
             for k in range(grid.bucket_start[b], grid.bucket_start[b + 1]):
                 d_x, d_y = grid.position[k, 0] - x, grid.position[k, 1] - y
                 if d_x * d_x + d_y * d_y > reach_squared or k == own:
@@ -210,7 +220,7 @@ def visit_cells(
                 if grid.cell[k, 0] != cell_x or grid.cell[k, 1] != cell_y:
                     continue
                 j = grid.order[k]
-                if world[j] == world[i]:
+                if world[j] == own_world:
                     if count < len(found):
                         found[count] = j
                     count += 1
@@ -226,12 +236,12 @@ def _list_range(
     found = np.empty(16 * (last - first), dtype=np.int64)
     count = 0
     for i in range(first, last):
-        end = visit_cells(reach_squared, grid, world, i, found, count)
+        end = visit_cells(reach_squared, grid, world, i, world[i], found, count)
         if end > len(found):
             larger = np.empty(2 * end, dtype=np.int64)
             larger[:count] = found[:count]
             found = larger
-            end = visit_cells(reach_squared, grid, world, i, found, count)
+            end = visit_cells(reach_squared, grid, world, i, world[i], found, count)
         number[i - first] = end - count
         count = end
     return number, found[:count].copy()

@@ -14,7 +14,8 @@ from matplotlib.patches import Polygon
 
 from safefilter.arrays import FloatArray
 from safefilter.decision import Case, Decision
-from safefilter.errors import OutOfRange
+from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.scene import PLANE
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -65,7 +66,12 @@ def velocity_space(
 
     Raises:
         OutOfRange: If there is no such decision.
+        InvalidInput: If it is about a robot in space.
     """
+    if scene.dimension > PLANE:
+        raise InvalidInput(
+            "scene: pictures are of velocities in the plane, its robots live in space"
+        )
     if not 0 <= k < len(decision):
         raise OutOfRange(f"k: expected a decision 0 to {len(decision) - 1}, got {k}")
     axes = plt.subplots(figsize=(6.4, 6.4))[1] if ax is None else ax

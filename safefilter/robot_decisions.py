@@ -1,9 +1,9 @@
-"""Alg. 2 of Qin et al. for robots in the plane: the built-in solver for the whole batch, then another backend if asked.
+"""Alg. 2 of Qin et al. for robots in plane or space: the built-in solver for the whole batch, then another if asked.
 
 The conductor of this path: `box_decisions` is that of actions in any number of dimensions. Each step takes records and
 returns records; none calls the next.
 
-Letters: B decisions, N robots, M rows. m/s.
+Letters: B decisions, N robots, M rows, d dimensions. m/s.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from safefilter.arguments import require_flag
 from safefilter.arrays import FloatArray, IntArray, finite_array, number_array
 from safefilter.backend_answer import Solvers, ask_backend
-from safefilter.batch.decide import decide_range, finish_batch
+from safefilter.batch.kernels import KERNELS
 from safefilter.batch.records import (
     Limits,
     Options,
@@ -30,7 +30,6 @@ from safefilter.batch.records import (
     plain,
 )
 from safefilter.batch.robots import robots_of
-from safefilter.batch.rows import collect_rows
 from safefilter.certificate import Certificate
 from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.margins import own_error
@@ -50,7 +49,7 @@ from safefilter.kinematics.drive import wanted_velocities
 from safefilter.kinematics.holonomic import Holonomic
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.programs.nearest_velocity import nearest_velocity
-from safefilter.scene import Scene
+from safefilter.scene import PLANE, Scene
 from safefilter.threads import over_ranges
 
 _name_columns = source_of(outcome_of)
@@ -73,14 +72,19 @@ class RobotDecisions:
         """Check the fallback, and sort the constraints.
 
         Raises:
-            ShapeError: If the fallback is not of shape (2,).
+            ShapeError: If the fallback is not of shape (d,).
             NotFinite: If it is not finite.
+            InvalidInput: If something knows the plane only, and robots are in space.
         """
         self.kinematics = kinematics
+        self._dimension = kinematics.dimension
+        self._kernels = KERNELS[self._dimension]
         self._backend = backend
         self._solvers = solvers
         self._tolerance = tolerance
-        self._fallback = None if fallback is None else finite_array(fallback, "fallback", (2,))
+        self._fallback = (
+            None if fallback is None else (finite_array(fallback, "fallback", (self._dimension,)))
+        )
         bias = math.cos(right_bias), math.sin(right_bias)
         self._double = Options(tolerance, *bias, is_single=False)
         self._single = Options(tolerance, *bias, is_single=True)
@@ -92,11 +96,19 @@ class RobotDecisions:
         self._orca, self._separation, self._static = NO_ORCA, NO_SEPARATION, NO_STATIC
         self._orcas = tuple(part for part in constraints if isinstance(part, PriorityORCA))
         self._own: dict[int, Constraint] = {}
+        if self._dimension > PLANE and any(
+            isinstance(part, StaticObstacles) for part in constraints
+        ):
+            raise InvalidInput(
+                f"{StaticObstacles.name}: robots in space have no walls; drop it, and write rows for what is around "
+                "them as a Constraint of your own"
+            )
         self._rows_each, self._lateness = 1, 0.0
         for number, constraint in enumerate(self.constraints, start=1):
             if isinstance(constraint, PriorityORCA) and not self._orca.is_used:
                 self._orca = constraint.settings(number, self.kinematics.tracking_error)
             elif isinstance(constraint, Separation) and not self._separation.is_used:
+                constraint.require_dimension(self._dimension)
                 self._separation = constraint.settings(
                     number, len(self.constraints) + 1, self.kinematics.omega_max
                 )
@@ -132,11 +144,11 @@ class RobotDecisions:
     ) -> Decision:
         """Decide what executes."""
         start = perf_counter()
-        given = number_array(action, "action", "numbers of shape (B, 2)")
+        given = number_array(action, "action", self._expected)
         problem = self._problem(scene, given, index)
         options = self._single if given.dtype == np.float32 else self._double
-        results = Results.empty(len(problem.index))
-        work = partial(decide_range, plain(problem), tuple(options), tuple(results))
+        results = Results.empty(len(problem.index), self._dimension)
+        work = partial(self._kernels.decide_range, plain(problem), tuple(options), tuple(results))
         over_ranges(work, len(problem.index))
         outcome = _name_columns(results)
         built = 0.0
@@ -155,7 +167,7 @@ class RobotDecisions:
     ) -> HalfSpaces:
         """Show the rows."""
         rows, _, _ = self._rows(
-            self._problem(scene, number_array(action, "action", "numbers of shape (B, 2)"), index)
+            self._problem(scene, number_array(action, "action", self._expected), index)
         )
         return rows
 
@@ -163,21 +175,21 @@ class RobotDecisions:
         self, scene: Scene, action: npt.ArrayLike, decision: Decision, *, exact: bool
     ) -> tuple[Certificate, ...]:
         """Check decisions again."""
-        require_decision(decision, 2)
+        require_decision(decision, self._dimension)
         require_flag(exact, "exact")
-        given = number_array(action, "action", "numbers of shape (B, 2)")
+        given = number_array(action, "action", self._expected)
         problem = self._problem(scene, given, decision.index)
         is_lost = ~np.isfinite(problem.wanted).all(axis=1)
         problem.wanted[is_lost] = 0.0
         if problem.drive.is_used:
             problem.drive.command[is_lost] = 0.0
         rows, array, sections = self._rows(problem)
-        results = Results.empty(len(decision))
+        results = Results.empty(len(decision), self._dimension)
         again = _name_columns(results)
         again.velocity[:] = decision.velocity
         again.case[:] = decision.case
         options = self._single if decision.action.dtype == np.float32 else self._double
-        finish_batch(problem, options, results, array, sections)
+        self._kernels.finish_batch(problem, options, results, array, sections)
         targets = self.biased(problem.wanted)
         limit = problem.limits.speed_limit[problem.index]
         certificates = []
@@ -198,15 +210,21 @@ class RobotDecisions:
 
     def program(self, scene: Scene, action: npt.ArrayLike, index: int) -> ConvexProgram:
         """Show the Case-2 program of one robot."""
-        wanted = finite_array(action, "action", (2,))
+        wanted = finite_array(action, "action", (self._dimension,))
         rows = self.half_spaces(scene, wanted[None], [index])
         return nearest_velocity(rows, 0, self.biased(wanted[None])[0])
 
     def biased(self, wanted: FloatArray) -> FloatArray:
-        """Turn wanted velocities, shape (B, 2), by the right bias: the target of Case-2 and Case-3."""
+        """Turn wanted velocities, shape (B, d), by the right bias: the target of Case-2 and Case-3."""
         cosine, sine = self._double.bias_cos, self._double.bias_sin
         x, y = wanted[:, 0], wanted[:, 1]
-        return np.stack([cosine * x + sine * y, cosine * y - sine * x], axis=1)
+        turned = wanted.copy()
+        turned[:, 0], turned[:, 1] = cosine * x + sine * y, cosine * y - sine * x
+        return turned
+
+    @property
+    def _expected(self) -> str:
+        return f"numbers of shape (B, {self._dimension})"
 
     def _problem(
         self,
@@ -218,10 +236,15 @@ class RobotDecisions:
             raise InvalidInput(
                 f"scene: expected a Scene, got {type(scene).__name__}; states of your own go with a Box of actions"
             )
+        if scene.dimension != self._dimension:
+            raise InvalidInput(
+                f"scene: its robots live in {scene.dimension} dimensions, those of the filter in {self._dimension}: "
+                f"pass Holonomic(v_max, dimension={scene.dimension})"
+            )
         robots = robots_of(scene, index)
-        if action.shape != (len(robots), 2) or action.dtype.kind not in "fiu":
+        if action.shape != (len(robots), self._dimension) or action.dtype.kind not in "fiu":
             raise ShapeError(
-                f"action: expected numbers of shape ({len(robots)}, 2), one row a robot decided for, "
+                f"action: expected numbers of shape ({len(robots)}, {self._dimension}), one row a robot decided for, "
                 f"got {action.dtype} of shape {action.shape}"
             )
         command = np.array(action, dtype=np.float64, order="C")
@@ -278,7 +301,7 @@ class RobotDecisions:
                     )
 
     def _rows(self, problem: Problem) -> tuple[HalfSpaces, FloatArray, IntArray]:
-        array, label, sections = collect_rows(problem)
+        array, label, sections = self._kernels.collect_rows(problem)
         rows = half_spaces_from_rows(array, label, sections[:, 4], sections[:, 3], self.sources)
         return rows, array, sections
 
@@ -304,7 +327,7 @@ class RobotDecisions:
             answer = ask_backend(solvers, rows, int(k), targets[k], float(limit[k]))
             built += answer.build_time
             take_answer(outcome, int(k), rows, answer, self._tolerance)
-        finish_batch(problem, options, results, array, sections)
+        self._kernels.finish_batch(problem, options, results, array, sections)
         return built
 
     def _fall_back(
@@ -319,4 +342,4 @@ class RobotDecisions:
             )
         outcome.velocity[empty] = self._fallback
         _, array, sections = self._rows(problem)
-        finish_batch(problem, options, results, array, sections)
+        self._kernels.finish_batch(problem, options, results, array, sections)

@@ -60,7 +60,8 @@ class SafetyFilter:
             constraints: What makes rows: `PriorityORCA`, `Separation`, `AffineBarrier`, ..., or your own.
             kinematics: What actions there are: velocities of robots, commands (a `DifferentialDrive` is a
                 `Holonomic`), or a `Box` in any number of dimensions.
-            backend: Who solves; see `available_backends`. The built-in one works in two dimensions.
+            backend: Who solves; see `available_backends`. The built-in one, ``planar``, solves for robots in plane and
+                space, and for a `Box` of two dimensions.
             tolerance: In m/s, or in the unit of the action, there at least 1e-9 of the largest bound; see `TOLERANCE`.
             deadline: Seconds that one call of `decide` may wait for another backend than the built-in one. It then
                 works in a process of its own; for what it has not answered by then, the built-in solver's answer stands
@@ -69,7 +70,8 @@ class SafetyFilter:
                 `Box` also where the deadline passed, and in place of an action that is not finite. It executes as it
                 is, which `Decision.certified` judges. None raises an error there.
             right_bias: Angle in rad by which wanted velocities turn to the right in Case-2 and Case-3, so that
-                perfectly symmetric robots do not push for ever. Case-1 stays exact. For robots only.
+                perfectly symmetric robots do not push for ever; in space to the right as seen from above. Case-1 stays
+                exact. For robots only.
 
         Raises:
             UnknownBackend: If there is no such backend.

@@ -1,6 +1,6 @@
 """Scene: what robots know of themselves and of each other at the start of a step.
 
-Letters: N robots. SI units: m, m/s, rad.
+Letters: N robots, d dimensions: 2 for robots in the plane, 3 in space. SI units: m, m/s, rad.
 """
 
 from __future__ import annotations
@@ -26,14 +26,18 @@ from safefilter.arrays import (
     require_positive,
 )
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
+from safefilter.jit import formula
 from safefilter.lidar import Lidar
 from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours, longest_list
+from safefilter.neighbours_in_space import find_neighbours_in_space
 from safefilter.outlines import OwnWalls, shared_walls
 
 if TYPE_CHECKING:
     from hypothesis.vendor.pretty import RepresentationPrinter
 
-# Columns of `Scene.state`.
+# Dimensions that robots live in.
+PLANE, SPACE = 2, 3
+# Columns of `Scene.state` in the plane; see `columns_of`.
 X, Y, V_X, V_Y, WANTED_X, WANTED_Y, RADIUS, PRIORITY = range(8)
 
 # Priorities are only ever divided by sums of two: this keeps the sums finite and every share above zero.
@@ -41,12 +45,21 @@ MAX_PRIORITY = 1e150
 MIN_PRIORITY = 1e-150
 # Squares of distances and speeds must stay finite.
 MAX_COORDINATE = 1e100
-# The same for the columns of `Scene.state`.
-_LARGEST = np.array([MAX_COORDINATE] * 7 + [MAX_PRIORITY])
+# The same for the columns of `Scene.state`, by the number of dimensions.
+_LARGEST = {
+    size: np.array([MAX_COORDINATE] * (3 * size + 1) + [MAX_PRIORITY]) for size in (PLANE, SPACE)
+}
 _LEAST = np.array([np.finfo(np.float64).smallest_subnormal, MIN_PRIORITY])
 NO_WALLS = np.empty((0, 5))
 # Scenes of more robots are not written out.
 MOST_WRITTEN = 64
+
+
+@formula
+def columns_of(state: FloatArray) -> tuple[int, int, int, int, int]:
+    """Number of dimensions d, and the columns of velocity, wanted velocity, radius and priority."""
+    size = state.shape[1] // 3
+    return size, size, 2 * size, 3 * size, 3 * size + 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +67,8 @@ class Scene:
     """Robots as arrays, and who sees whom. Build it with `Scene.from_world`.
 
     Attributes:
-        state: Position (2), velocity (2), wanted velocity (2), radius and priority of each robot, shape (N, 8): one
-            cache line a robot. The properties `position`, `velocity`, ... are its columns.
+        state: Position (d), velocity (d), wanted velocity (d), radius and priority of each robot, shape (N, 3 d + 2):
+            in the plane one cache line a robot. The properties `position`, `velocity`, ... are its columns.
         cooperative: Does the robot run this filter? Shape (N,); known to all alike.
         has_wanted: Are wanted velocities known? Their columns hold the observed ones otherwise.
         heading: Directions psi, shape (N,), in rad, or None for robots without one.
@@ -106,13 +119,13 @@ class Scene:
         """Check and copy the state of a world, and list every robot's neighbours.
 
         Args:
-            position: Centres, shape (N, 2), in m.
-            velocity: Observed velocities, shape (N, 2), in m/s.
+            position: Centres, shape (N, 2), or (N, 3) for robots in space, in m.
+            velocity: Observed velocities, of the same shape, in m/s.
             radius: One radius, or one a robot, in m.
             heading: Directions, shape (N,), in rad; needed by a differential drive.
             priority: One priority, or one a robot.
             cooperative: Whether robots run this filter: one flag, or one a robot.
-            wanted: Wanted velocities, shape (N, 2), in m/s; needed by ``PriorityORCA(v_opt="shared")``.
+            wanted: Wanted velocities, of the same shape, in m/s; needed by ``PriorityORCA(v_opt="shared")``.
             world: Number of the world each robot is in: one, or one a robot.
             reach: Distance of centres in m up to which robots see each other. None: everyone sees everyone, in
                 O(N^2); give a reach for crowds.
@@ -127,24 +140,34 @@ class Scene:
             NotFinite: If a value is NaN or infinite; names field and robot.
             OutOfRange: If a radius, a priority or the reach is not above zero, or a value is too large for
                 its square to be finite.
-            InvalidInput: If there are scans but no headings, or scans and walls of robots' own.
+            InvalidInput: If there are scans but no headings, or scans and walls of robots' own; or headings, walls
+                or scans in space.
         """
-        position = finite_array(position, "position", ("N", 2))
-        num_robots = len(position)
-        state = np.empty((num_robots, 8))
-        state[:, X : Y + 1] = position
-        state[:, V_X : V_Y + 1] = finite_array(velocity, "velocity", (num_robots, 2))
-        state[:, WANTED_X : WANTED_Y + 1] = (
-            state[:, V_X : V_Y + 1]
+        position = _positions(position)
+        num_robots, size = position.shape
+        if size == SPACE:
+            _require_no(
+                heading=heading is not None,
+                walls=walls is not None,
+                own_walls=own_walls is not None,
+                polygons=len(polygons) > 0,
+                lidar=lidar is not None,
+            )
+        state = np.empty((num_robots, 3 * size + 2))
+        state[:, :size] = position
+        state[:, size : 2 * size] = finite_array(velocity, "velocity", (num_robots, size))
+        state[:, 2 * size : 3 * size] = (
+            state[:, size : 2 * size]
             if wanted is None
-            else finite_array(wanted, "wanted", (num_robots, 2))
+            else finite_array(wanted, "wanted", (num_robots, size))
         )
-        state[:, RADIUS] = _one_or_each(radius, "radius", num_robots)
-        state[:, PRIORITY] = _one_or_each(priority, "priority", num_robots)
-        _require_usable(state)
+        state[:, -2] = _one_or_each(radius, "radius", num_robots)
+        state[:, -1] = _one_or_each(priority, "priority", num_robots)
+        _require_usable(state, size)
         numbers = _world_numbers(world, num_robots)
         limit = _reach(reach, num_robots)
-        start, neighbours = find_neighbours(position, numbers, limit)
+        find = find_neighbours if size == PLANE else find_neighbours_in_space
+        start, neighbours = find(position, numbers, limit)
         directions = None if heading is None else per_robot(heading, "heading", num_robots)
         has_none = walls is None and isinstance(polygons, tuple) and not polygons
         known = NO_WALLS if has_none else shared_walls(walls, polygons)
@@ -159,7 +182,7 @@ class Scene:
             if own_walls is not None:
                 raise InvalidInput("lidar: robots have a map or scans; drop own_walls= or lidar=")
             seen, first = require_kind(lidar, "lidar", Lidar).walls(
-                position, directions, state[:, RADIUS].copy(), numbers
+                position, directions, state[:, -2].copy(), numbers
             )
             wall_range, most_own = np.stack([first[:-1], first[1:]], axis=1), longest_list(first)
         return cls(
@@ -180,28 +203,33 @@ class Scene:
 
     @property
     def position(self) -> FloatArray:
-        """Centres, shape (N, 2), in m."""
-        return self.state[:, X : Y + 1]
+        """Centres, shape (N, d), in m."""
+        return self.state[:, : self.dimension]
 
     @property
     def velocity(self) -> FloatArray:
-        """Velocities as observed by everyone, shape (N, 2), in m/s."""
-        return self.state[:, V_X : V_Y + 1]
+        """Velocities as observed by everyone, shape (N, d), in m/s."""
+        return self.state[:, self.dimension : 2 * self.dimension]
 
     @property
     def wanted(self) -> FloatArray | None:
-        """Velocities that the policies ask for, shape (N, 2), in m/s, or None where robots do not tell."""
-        return self.state[:, WANTED_X : WANTED_Y + 1] if self.has_wanted else None
+        """Velocities that the policies ask for, shape (N, d), in m/s, or None where robots do not tell."""
+        return self.state[:, 2 * self.dimension : -2] if self.has_wanted else None
 
     @property
     def radius(self) -> FloatArray:
         """Safety radii r_safe, shape (N,), in m."""
-        return self.state[:, RADIUS]
+        return self.state[:, -2]
 
     @property
     def priority(self) -> FloatArray:
         """Priorities pr, shape (N,), positive; only ratios matter."""
-        return self.state[:, PRIORITY]
+        return self.state[:, -1]
+
+    @property
+    def dimension(self) -> int:
+        """Number of dimensions d: 2 in the plane, 3 in space."""
+        return int(self.state.shape[1]) // 3
 
     @property
     def num_robots(self) -> int:
@@ -246,15 +274,41 @@ def _one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | F
     return value if isinstance(value, int | float) else per_robot(value, field, num_robots)
 
 
-def _require_usable(state: FloatArray) -> None:
+def _positions(value: npt.ArrayLike) -> FloatArray:
+    """Check positions; how many columns they have says where the robots live.
+
+    Raises:
+        ShapeError: If that is neither the plane nor space.
+    """
+    position = finite_array(value, "position", ("N", "2 or 3"))
+    if position.shape[1] not in _LARGEST:
+        raise ShapeError(f"position: expected shape (N, 2 or 3), got {position.shape}")
+    return position
+
+
+def _require_no(**is_given: bool) -> None:
+    """Refuse what only the plane has.
+
+    Raises:
+        InvalidInput: If something of it is given.
+    """
+    for field, given in is_given.items():
+        if given:
+            raise InvalidInput(
+                f"{field}: robots in space have none; drop it, and write rows for what is around them as a Constraint "
+                "of your own"
+            )
+
+
+def _require_usable(state: FloatArray, size: int) -> None:
     """Look at everything at once; only where something is wrong find out what. Comparisons with NaN are false."""
-    if all_true(np.abs(state) <= _LARGEST) and all_true(state[:, RADIUS:] >= _LEAST):
+    if all_true(np.abs(state) <= _LARGEST[size]) and all_true(state[:, -2:] >= _LEAST):
         return
-    for field, column in (("position", X), ("velocity", V_X), ("wanted", WANTED_X)):
-        _bounded(state[:, column : column + 2], field)
-    radius = finite_array(state[:, RADIUS], "radius", (len(state),))
+    for number, field in enumerate(("position", "velocity", "wanted")):
+        _bounded(state[:, number * size : (number + 1) * size], field)
+    radius = finite_array(state[:, -2], "radius", (len(state),))
     _bounded(require_positive(radius, "radius"), "radius")
-    _require_priority(finite_array(state[:, PRIORITY], "priority", (len(state),)))
+    _require_priority(finite_array(state[:, -1], "priority", (len(state),)))
 
 
 def _bounded(array: FloatArray, field: str) -> FloatArray:

@@ -42,10 +42,14 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "safefilter/testing/known_programs.py": "test_backend_contract",
     "safefilter/testing/program_strategies.py": "test_certificate",
     "safefilter/batch/decide.py": "test_safety_filter_batch",
+    "safefilter/batch/decide_in_space.py": "test_safety_filter_in_space",
+    "safefilter/batch/kernels.py": "test_safety_filter_in_space",
     "safefilter/batch/program.py": "test_safety_filter_batch",
+    "safefilter/batch/program_in_space.py": "test_safety_filter_in_space",
     "safefilter/batch/records.py": "test_safety_filter_batch",
     "safefilter/batch/robots.py": "test_safety_filter",
     "safefilter/batch/rows.py": "test_safety_filter_rows",
+    "safefilter/batch/rows_in_space.py": "test_safety_filter_in_space",
 }
 
 # Packages that `import safefilter` must work without; the file that needs one is imported on request.

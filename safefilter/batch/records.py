@@ -1,6 +1,6 @@
 """What the kernels of a batch are given and what they return.
 
-Letters: B decisions, N robots, S sides of the speed polygon. m/s.
+Letters: B decisions, N robots, S sides of the speed polygon, d dimensions. m/s.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ class Limits(NamedTuple):
     Attributes:
         v_max: Shape (N,).
         speed_limit: Bound on executed speeds, shape (N,).
-        sides: Speed polygon for a disc of radius 1, shape (3, S).
-        inner_radius: Radius of the circle inside it.
+        sides: Speed polygon for a disc of radius 1, or polyhedron for a ball, shape (d + 1, S).
+        inner_radius: Radius of the circle or sphere inside it.
     """
 
     v_max: FloatArray
@@ -42,7 +42,7 @@ class Problem(NamedTuple):
     Attributes:
         scene: What the robots know.
         index: Robots to decide for, shape (B,).
-        wanted: Velocities they want, shape (B, 2).
+        wanted: Velocities they want, shape (B, d).
         orca: Settings of `PriorityORCA`.
         separation: Settings of `Separation`.
         static: Settings of `StaticObstacles`.
@@ -146,8 +146,8 @@ class Results(NamedTuple):
     """Results of a batch in four blocks, because every array handed to a kernel costs.
 
     Attributes:
-        numbers: Shape (B, 11).
-        labels: Shape (B, 10).
+        numbers: Shape (B, 4 d + 3).
+        labels: Shape (B, 4 d + 2).
         codes: Shape (B, 2).
         flags: Shape (B, 3).
     """
@@ -158,11 +158,11 @@ class Results(NamedTuple):
     flags: BoolArray
 
     @classmethod
-    def empty(cls, num_decisions: int) -> Results:
+    def empty(cls, num_decisions: int, dimension: int = 2) -> Results:
         """Allocate results for B decisions."""
         return cls(
-            np.empty((num_decisions, 11)),
-            np.empty((num_decisions, 10), dtype=np.int64),
+            np.empty((num_decisions, 4 * dimension + 3)),
+            np.empty((num_decisions, 4 * dimension + 2), dtype=np.int64),
             np.empty((num_decisions, 2), dtype=np.int8),
             np.empty((num_decisions, 3), dtype=np.bool_),
         )
@@ -190,15 +190,16 @@ class Outcome(NamedTuple):
 def outcome_of(results: Results) -> Outcome:
     """Name the columns."""
     numbers, labels, codes, flags = results.numbers, results.labels, results.codes, results.flags
+    size = numbers.shape[1] // 4
     return Outcome(
-        numbers[:, 0:2],
-        numbers[:, 2:4],
-        numbers[:, 4],
-        numbers[:, 5],
-        numbers[:, 6:8],
-        numbers[:, 8:11],
-        labels[:, 0:4],
-        labels[:, 4:10],
+        numbers[:, :size],
+        numbers[:, size : 2 * size],
+        numbers[:, 2 * size],
+        numbers[:, 2 * size + 1],
+        numbers[:, 2 * size + 2 : 3 * size + 2],
+        numbers[:, 3 * size + 2 :],
+        labels[:, : 2 * size],
+        labels[:, 2 * size :],
         codes[:, 0],
         codes[:, 1],
         flags[:, 0],

@@ -81,7 +81,7 @@ def copy_rows(user: UserRows, k: int, kind: int, rows: RowLabels, count: int) ->
     if user.array.shape[2] == 0:
         return count
     for m in range(user.count[k, kind - 1] if kind > 0 else 0, user.count[k, kind]):
-        for part in range(3):
+        for part in range(user.array.shape[1]):
             rows.array[part, count] = user.array[k, part, m]
         for part in range(2):
             rows.label[part, count] = user.label[k, part, m]

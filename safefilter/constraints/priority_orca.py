@@ -21,24 +21,24 @@ import numpy as np
 
 from safefilter.arguments import require_option, whole_number
 from safefilter.arrays import FloatArray, IntArray, positive_number
-from safefilter.constraints.responsibility import responsibility, room
+from safefilter.constraints.orca_in_space import orca_rows_in_space
+from safefilter.constraints.responsibility import row_offset, share_of_change
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
 from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.constraints.urgency import keep_if_urgent, time_to_collision, urgency
+from safefilter.constraints.v_opt import CURRENT, optimisation_velocities
 from safefilter.constraints.velocity_obstacle import encounter, norm_boundary
 from safefilter.errors import InvalidInput
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
-from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, WANTED_X, WANTED_Y, Scene, X, Y
+from safefilter.scene import PLANE, PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y
 
 VOpt = Literal["current", "shared", "own"]
 SlackRule = Literal["dual", "paper"]
 Leg = Literal["nearest", "norm"]
 NeighbourOrder = Literal["time_to_collision", "distance"]
 
-CURRENT, SHARED, OWN = range(3)
 PAPER_TIME_STEP = 0.2
-# Time to a collision that does not come, in s.
-NEVER = 1e30
 
 
 class OrcaSettings(NamedTuple):
@@ -71,69 +71,12 @@ NO_ORCA = OrcaSettings(
 
 
 @formula
-def row_offset(along: float, share: float, change: float) -> float:
-    """Offset of Eq. (15): ``n @ v_opt + share * change``, with ``along = n @ v_opt``."""
-    return along + share * change
-
-
-@formula
 def grown_radius(combined_radius: float, distance: float, tracking_error: float) -> float:
     """Combined radius of robots that track velocities with an error: grown by both errors.
 
     The errors are shrunk to half of the gap, which both robots know, so that discs that are apart stay apart.
     """
     return combined_radius + max(0.0, min(2.0 * tracking_error, distance - combined_radius))
-
-
-@formula
-def share_of_change(
-    priority: float,
-    other_priority: float,
-    is_cooperative: bool,
-    change: float,
-    has_dual_slack: bool,
-) -> float:
-    """Share of the change that a robot takes: all of it from a neighbour that does not cooperate.
-
-    Inside the velocity obstacle (change > 0) it is effort: Eq. (15)'s responsibility. Outside it is slack. Departs
-    from Eq. (15) there by default: as printed, the high-priority robot gets the smaller slack and so changes more than
-    the low-priority one. The dual rule swaps the shares on that branch; they still sum to one.
-    """
-    if not is_cooperative:
-        return 1.0
-    if has_dual_slack and change < 0.0:
-        return room(priority, other_priority)
-    return responsibility(priority, other_priority)
-
-
-@formula
-def optimisation_velocities(
-    state: FloatArray, v_opt: int, i: int, j: int, wanted_x: float, wanted_y: float
-) -> tuple[float, float, float, float]:
-    """v_opt of i and of j, as i takes them."""
-    if v_opt == SHARED:
-        return state[i, WANTED_X], state[i, WANTED_Y], state[j, WANTED_X], state[j, WANTED_Y]
-    if v_opt == OWN:
-        return wanted_x, wanted_y, state[j, V_X], state[j, V_Y]
-    return state[i, V_X], state[i, V_Y], state[j, V_X], state[j, V_Y]
-
-
-@formula
-def time_to_collision(
-    p_x: float, p_y: float, v_x: float, v_y: float, combined_radius: float
-) -> float:
-    """Time in s until discs at relative position p and relative velocity v = v_i - v_j touch; `NEVER` if they do not.
-
-    Discs that overlap give a time below zero.
-    """
-    gap_squared = p_x * p_x + p_y * p_y - combined_radius * combined_radius
-    if gap_squared <= 0.0:
-        return min(gap_squared, -1e-300)
-    closing = p_x * v_x + p_y * v_y
-    discriminant = closing * closing - (v_x * v_x + v_y * v_y) * gap_squared
-    if closing <= 0.0 or discriminant < 0.0:
-        return NEVER
-    return gap_squared / (closing + math.sqrt(discriminant))
 
 
 @formula
@@ -149,20 +92,8 @@ def most_urgent(
         if settings.is_by_time:
             v_x, v_y = state[i, V_X] - state[j, V_X], state[i, V_Y] - state[j, V_Y]
             time = time_to_collision(p_x, p_y, v_x, v_y, state[i, RADIUS] + state[j, RADIUS])
-            # Overlap is below 0, a collision course within [0, 1), and no collision course above, nearest first.
-            key = 1.0 + key if time >= NEVER else time / (1.0 + max(0.0, time))
-        if count == settings.max_neighbours:
-            if count == 0 or key >= keys[count - 1]:
-                continue
-            count -= 1
-        place = count
-        while place > 0 and keys[place - 1] > key:
-            keys[place] = keys[place - 1]
-            chosen[place] = chosen[place - 1]
-            place -= 1
-        keys[place] = key
-        chosen[place] = j
-        count += 1
+            key = urgency(key, time)
+        count = keep_if_urgent(chosen, keys, count, settings.max_neighbours, j, key)
     return count
 
 
@@ -297,12 +228,17 @@ class PriorityORCA:
         """Check that the scene says what this constraint needs.
 
         Raises:
-            InvalidInput: If the neighbours' wanted velocities are needed and missing.
+            InvalidInput: If the neighbours' wanted velocities are needed and missing, or sides are asked for where
+                there are none.
         """
         if self.needs_wanted and not scene.has_wanted:
             raise InvalidInput(
                 'v_opt="shared" needs the wanted velocities of all robots: '
                 "pass wanted= to Scene.from_world"
+            )
+        if self._settings.has_norm_leg and scene.dimension > PLANE:
+            raise InvalidInput(
+                'leg="norm": robots in space pass each other on no side; use leg="nearest"'
             )
 
     def half_spaces(self, scene: Scene, action: FloatArray, index: IntArray) -> HalfSpaces:
@@ -313,9 +249,8 @@ class PriorityORCA:
         """
         self.require(scene)
         capacity = scene.most_neighbours
-        array, label, count = _orca_rows(
-            SceneArrays.of(scene), self.settings(0), index, action, capacity
-        )
+        make = _orca_rows if scene.dimension == PLANE else orca_rows_in_space
+        array, label, count = make(SceneArrays.of(scene), self.settings(0), index, action, capacity)
         return half_spaces_from_rows(array, label, count, np.zeros_like(count), (self.name,))
 
 

@@ -1,6 +1,6 @@
 """Where kernels write rows, and how a batch of them becomes `HalfSpaces`.
 
-Letters: B decisions, M rows.
+Letters: B decisions, M rows, d dimensions.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class RowLabels(NamedTuple):
     """Rows and what they are against.
 
     Attributes:
-        array: Shape (3, capacity): n_x, n_y, offset. With a leading axis B for a batch.
+        array: Shape (d + 1, capacity): the normal, and last the offset. With a leading axis B for a batch.
         label: Shape (2, capacity): number of the source, and what the row is against; a leading axis B for a batch.
     """
 
@@ -45,10 +45,10 @@ class Sections(NamedTuple):
 
 
 @array_formula
-def row_buffers(num_decisions: int, capacity: int) -> RowLabels:
+def row_buffers(num_decisions: int, capacity: int, dimension: int = 2) -> RowLabels:
     """Allocate zeroed buffers for a batch."""
     return RowLabels(
-        np.zeros((num_decisions, 3, capacity)),
+        np.zeros((num_decisions, dimension + 1, capacity)),
         np.zeros((num_decisions, 2, capacity), dtype=np.int64),
     )
 
@@ -71,7 +71,7 @@ def half_spaces_from_rows(
     """View kernel rows as `HalfSpaces`.
 
     Args:
-        array: Shape (B, 3, M).
+        array: Shape (B, d + 1, M).
         label: Shape (B, 2, M).
         num_rows: Rows present for each decision, shape (B,).
         num_hard: How many of the first of them are hard, shape (B,).
@@ -79,8 +79,8 @@ def half_spaces_from_rows(
     """
     place = np.arange(array.shape[2])
     return HalfSpaces(
-        normals=np.ascontiguousarray(np.moveaxis(array[:, :2], 1, 2)),
-        offsets=array[:, 2].copy(),
+        normals=np.ascontiguousarray(np.moveaxis(array[:, :-1], 1, 2)),
+        offsets=array[:, -1].copy(),
         hard=place < num_hard[:, None],
         present=place < num_rows[:, None],
         labels=np.ascontiguousarray(np.moveaxis(label, 1, 2)),

@@ -28,6 +28,12 @@ import numpy as np
 
 from safefilter.arguments import real_number, require_kind
 from safefilter.arrays import BoolArray, FloatArray, IntArray, positive_number
+from safefilter.constraints.budgets import (
+    approach,
+    clearance,
+    cooperative_budget,
+    passive_budget,
+)
 from safefilter.constraints.margins import (
     NO_MARGINS,
     ROWS_EACH,
@@ -48,52 +54,17 @@ from safefilter.constraints.row_buffers import (
     row_buffers,
 )
 from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.constraints.separation_in_space import separation_rows_in_space
 from safefilter.constraints.velocity_obstacle import VANISHING
 from safefilter.constraints.walls import add_wall_rows
-from safefilter.errors import OutOfRange
+from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
-from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y
+from safefilter.scene import PLANE, PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y, columns_of
 from safefilter.uncertainty import EXACT, Uncertainty
 
 # Keeps rounding of positions from turning "touching" into "overlapping".
 SAFETY_MARGIN = 1e-6
-
-
-@formula
-def clearance(distance: float, radius: float, other_radius: float, margin: float) -> float:
-    """Free distance between two discs, less the margin; negative where they overlap."""
-    return distance - radius - other_radius - margin
-
-
-@formula
-def shared_budget(gap: float, own_room: float) -> float:
-    """Advance allowed by priority."""
-    return own_room * gap
-
-
-@formula
-def spare_budget(gap: float, other_reach: float) -> float:
-    """Advance that is safe even if the other spends all of its reach."""
-    return gap - other_reach
-
-
-@formula
-def approach(e_x: float, e_y: float, v_x: float, v_y: float, dt: float) -> float:
-    """How far a neighbour at the far end of e comes nearer during the step; negative if it recedes."""
-    return -(e_x * v_x + e_y * v_y) * dt
-
-
-@formula
-def cooperative_budget(gap: float, own_room: float, other_reach: float) -> float:
-    """Advance allowed towards a neighbour that keeps its own budget."""
-    return max(shared_budget(gap, own_room), spare_budget(gap, other_reach))
-
-
-@formula
-def passive_budget(gap: float, credited_approach: float) -> float:
-    """Advance allowed towards a neighbour that is not filtered: a receding one is given no credit."""
-    return max(0.0, spare_budget(gap, max(0.0, credited_approach)))
 
 
 class SeparationSettings(NamedTuple):
@@ -315,6 +286,17 @@ class Separation:
         """Rows at most against one neighbour or wall."""
         return 1 if self._is_exact else ROWS_EACH
 
+    def require_dimension(self, dimension: int) -> None:
+        """Check that the rows are known for robots that live in so many dimensions.
+
+        Raises:
+            InvalidInput: If they are in space, and there are bounds on errors.
+        """
+        if dimension > PLANE and not self._is_exact:
+            raise InvalidInput(
+                "uncertainty: what errors ask for is known for robots in the plane only; drop it for robots in space"
+            )
+
     def required_reach(
         self, scene: Scene, speed_limit: FloatArray, omega_max: float = 0.0
     ) -> float:
@@ -346,10 +328,15 @@ class Separation:
 
         On its own this constraint knows no speed limits, so every budget is the share by priority; inside a
         `SafetyFilter` it knows those of the kinematics.
+
+        Raises:
+            InvalidInput: If robots are in space, and there are bounds on errors.
         """
         unlimited = np.full(scene.num_robots, np.inf)
+        self.require_dimension(scene.dimension)
         capacity = self.rows_each * (scene.most_neighbours + scene.most_walls)
-        array, label, count = _separation_rows(
+        make = _separation_rows if scene.dimension == PLANE else separation_rows_in_space
+        array, label, count = make(
             SceneArrays.of(scene), self.settings(0, 1), unlimited, index, capacity
         )
         return half_spaces_from_rows(array, label, count, count, (self.name, self.wall_name))
@@ -370,11 +357,14 @@ def _required_reach(  # a kernel takes arrays and numbers
 ) -> float:
     """See `Separation.required_reach`. A kernel, because few decisions are short: numpy needs 10 us."""
     radius, own, seen = 0.0, 0.0, passive_speed
+    size, v_column, _, radius_column, _ = columns_of(state)
     for i in range(len(state)):
-        radius = max(radius, state[i, RADIUS])
+        radius = max(radius, state[i, radius_column])
         own = max(own, gain * speed_limit[i])
         if not cooperative[i]:
-            speed_squared = state[i, V_X] * state[i, V_X] + state[i, V_Y] * state[i, V_Y]
+            speed_squared = 0.0
+            for c in range(v_column, v_column + size):
+                speed_squared += state[i, c] * state[i, c]
             seen = max(seen, math.sqrt(speed_squared) + velocity_error)
     error = 2.0 * position_error + (own + max(own, seen)) * stale_time
     return 2.0 * radius + (own + max(own, seen)) * dt + safety_margin + error

@@ -19,9 +19,10 @@ from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows,
 from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import SAFETY_MARGIN
 from safefilter.constraints.walls import add_wall_rows
+from safefilter.errors import InvalidInput
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import kernel
-from safefilter.scene import Scene
+from safefilter.scene import PLANE, Scene
 
 
 class StaticSettings(NamedTuple):
@@ -59,7 +60,13 @@ class StaticObstacles:
         return StaticSettings(True, source, self._time_horizon, SAFETY_MARGIN)
 
     def half_spaces(self, scene: Scene, action: FloatArray, index: IntArray) -> HalfSpaces:  # noqa: ARG002
-        """Make the rows of robots ``index``; see `Constraint.half_spaces`."""
+        """Make the rows of robots ``index``; see `Constraint.half_spaces`.
+
+        Raises:
+            InvalidInput: If the robots are in space, where there are no walls.
+        """
+        if scene.dimension > PLANE:
+            raise InvalidInput(f"{self.name}: robots in space have no walls; drop it")
         array, label, count = _static_rows(
             SceneArrays.of(scene), self.settings(0), index, scene.most_walls
         )

@@ -1,6 +1,6 @@
 """Rows of constraints that the kernels do not know, laid out as the kernels read them.
 
-Letters: B decisions, E rows of the user's a decision.
+Letters: B decisions, E rows of the user's a decision, d dimensions.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class UserRows(NamedTuple):
     exactly, after the cast.
 
     Attributes:
-        array: Shape (B, 3, E): n_x, n_y, offset.
+        array: Shape (B, d + 1, E): the normal, and last the offset.
         label: Shape (B, 2, E): number of the source, and what the row is against.
         count: Shape (B, 3): number of budgets, of hard rows, and of all rows.
     """
@@ -49,7 +49,7 @@ def user_rows(
     Args:
         constraints: Constraints by their number in labels.
         scene: What the robots know.
-        wanted: Wanted velocities, shape (B, 2), in m/s.
+        wanted: Wanted velocities, shape (B, d), in m/s.
         index: Robots, shape (B,).
 
     Returns:
@@ -66,9 +66,9 @@ def user_rows(
     for number, constraint in constraints.items():
         part = constraint.half_spaces(scene, wanted.copy(), index.copy())
         require_kind(part, f"{constraint.name}: rows", HalfSpaces)
-        if (part.num_decisions, part.dimension) != (batch, 2):
+        if (part.num_decisions, part.dimension) != wanted.shape:
             raise ShapeError(
-                f"{constraint.name}: expected rows for {batch} decisions in 2 dimensions, "
+                f"{constraint.name}: expected rows for {batch} decisions in {wanted.shape[1]} dimensions, "
                 f"got {part.num_decisions} in {part.dimension}"
             )
         parts.append((number, part))
@@ -85,7 +85,7 @@ def _packed(parts: list[tuple[int, HalfSpaces]]) -> UserRows:
     budget = hard & (rows.offsets <= 0.0)
     kind = np.where(budget, 0, np.where(hard, 1, np.where(rows.present, 2, 3)))
     order = np.argsort(kind, axis=1, kind="stable")
-    array = np.stack([rows.normals[:, :, 0], rows.normals[:, :, 1], rows.offsets], axis=1)
+    array = np.concatenate([rows.normals.transpose(0, 2, 1), rows.offsets[:, None]], axis=1)
     label = np.stack([source, rows.labels[:, :, 1]], axis=1)
     return UserRows(
         np.take_along_axis(array, order[:, None], axis=2),

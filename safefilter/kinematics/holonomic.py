@@ -1,9 +1,9 @@
 """Holonomic robots: any velocity up to a speed limit.
 
-The permitted set is a regular polygon inscribed in the speed disc, so that programs are linear in their rows; the last
-word and Case-1 use the disc itself.
+The permitted set is a regular polygon inscribed in the speed disc, in space a polyhedron inscribed in the ball, so that
+programs are linear in their rows; the last word and Case-1 use disc and ball themselves.
 
-Letters: B decisions, N robots, S sides. m/s.
+Letters: B decisions, N robots, S sides, d dimensions. m/s.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ import numpy.typing as npt
 from safefilter.arguments import whole_number
 from safefilter.arrays import FloatArray, frozen, number_array, per_robot, require_positive
 from safefilter.constraints.row_buffers import RowLabels
-from safefilter.errors import ShapeError
+from safefilter.errors import OutOfRange, ShapeError
 from safefilter.jit import formula
 from safefilter.kinematics.drive import NO_DRIVE, Drive
-from safefilter.scene import Scene
+from safefilter.kinematics.inscribed_polyhedron import NUM_TRIANGLES, inscribed_polyhedron
+from safefilter.scene import PLANE, SPACE, Scene
 
 # A speed of exactly v_max may come as a float32 a little above it: this much is let through, and everyone's reach in
 # a step is computed with it.
@@ -60,27 +61,40 @@ class Holonomic:
         tracking_error: How far off its velocity's course a robot may be, in m: not at all.
         omega_max: Largest turn rate, in rad/s: discs that take any velocity need not turn.
         is_uniform: Is there one ``v_max`` for all robots?
-        sides: Sides of the polygon, shape (3, S): inward normal and offset for a disc of radius 1.
-        inner_radius: Radius of the circle inside the polygon, for a disc of radius 1.
+        dimension: d: 2 in the plane, 3 in space.
+        sides: Sides of the polygon or faces of the polyhedron, shape (d + 1, S): inward normal and offset for a disc or
+            ball of radius 1.
+        inner_radius: Radius of the circle or sphere inside them, for a disc or ball of radius 1.
+
+    Example:
+        >>> drone = Holonomic(v_max=2.0, dimension=3)
+        >>> drone.sides.shape, round(drone.inner_radius, 3)
+        ((4, 320), 0.982)
     """
 
     name = "allowed_velocities"
     tracking_error = 0.0
     omega_max = 0.0
 
-    def __init__(self, v_max: npt.ArrayLike, sides: int = 64) -> None:
+    def __init__(
+        self, v_max: npt.ArrayLike, sides: int = 64, *, dimension: int = PLANE, faces: int = 320
+    ) -> None:
         """Check the settings.
 
         Args:
             v_max: Largest speed in m/s: one for all robots of a scene, or one a robot, shape (N,). Every cooperating
                 robot must keep to it.
             sides: Sides of the polygon; it holds every speed up to ``cos(pi / sides) * v_max``, 0.9988 for 64.
+            dimension: 2 for robots in the plane, 3 for robots in space, such as drones.
+            faces: Faces of the polyhedron in space: 20, 80, 180, 320, ..., 20 n^2. It holds every speed up to 0.795,
+                0.934, 0.972, 0.982 times ``v_max``, and ``v_max`` itself along the axes if n is even.
 
         Raises:
             ShapeError: If ``v_max`` is neither a number nor of shape (N,).
             NotFinite: If it is NaN or infinite.
-            OutOfRange: If it is not above zero, or there are fewer than 3 sides.
-            InvalidInput: If the number of sides is no integer.
+            OutOfRange: If it is not above zero, there are fewer than 3 sides, robots are to live in neither plane nor
+                space, or no polyhedron has so many faces.
+            InvalidInput: If the number of sides, dimensions or faces is no integer.
         """
         given = number_array(v_max, "v_max", "a number or shape (N,)")
         if given.ndim > 1:
@@ -89,6 +103,15 @@ class Holonomic:
         self._v_max = frozen(require_positive(limits, "v_max"))
         self.is_uniform = given.ndim == 0
         sides = whole_number(sides, "sides", MIN_SIDES)
+        self.dimension = whole_number(dimension, "dimension", PLANE)
+        if self.dimension > SPACE:
+            raise OutOfRange(f"dimension: expected 2 (plane) or 3 (space), got {dimension}")
+        parts = math.isqrt(whole_number(faces, "faces", NUM_TRIANGLES) // NUM_TRIANGLES)
+        if NUM_TRIANGLES * parts * parts != faces:
+            raise OutOfRange(f"faces: expected 20 n^2, such as 80 or 320, got {faces}")
+        if self.dimension == SPACE:
+            self.sides, self.inner_radius = inscribed_polyhedron(parts)
+            return
         # Corners at multiples of 2 pi / sides, so that full speed along the axes stays allowed.
         angle = (np.arange(sides) + 0.5) * (2.0 * math.pi / sides)
         self.inner_radius = math.cos(math.pi / sides)

@@ -23,20 +23,20 @@ def passive_velocity(
 
     Args:
         scene: Observed velocities and positions.
-        wanted: Velocities wanted, shape (N, 2), in m/s.
+        wanted: Velocities wanted, shape (N, d), in m/s.
         pairs: All pairs that share a world.
         dt: Duration of the step, in s.
         passive_speed: Stated bound on their speed, in m/s.
 
     Returns:
-        Shape (N, 2), in m/s; rows of cooperating robots mean nothing.
+        Shape (N, d), in m/s; rows of cooperating robots mean nothing.
     """
     robot = np.concatenate([pairs.first, pairs.second])
     other = np.concatenate([pairs.second, pairs.first])
     counts = ~scene.cooperative[robot] & scene.cooperative[other]
     robot, other = robot[counts], other[counts]
     offset = scene.position[other] - scene.position[robot]
-    distance = np.hypot(offset[:, 0], offset[:, 1])
+    distance = np.hypot.reduce(offset, axis=1)
     towards = offset / np.where(distance > 0.0, distance, 1.0)[:, None]
     gap = np.maximum(0.0, distance - scene.radius[robot] - scene.radius[other])
     seen = np.einsum("pk,pk->p", towards, scene.velocity[robot])

@@ -4,7 +4,7 @@ Each takes what the scene shows and the robots' own top speeds, and proposes a v
 records without memory: the same scene and the same random numbers give the same velocities, and their ``repr`` is the
 code that makes them.
 
-Letters: N robots. m, m/s.
+Letters: N robots, d dimensions: 2, or 3 in space. m, m/s.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from safefilter.arrays import FloatArray
-from safefilter.scene import Scene
+from safefilter.scene import PLANE, Scene
 
 # How far beyond their top speed random policies ask to go, as learned policies do.
 OVERSPEED = 1.25
@@ -28,7 +28,7 @@ class Policy(Protocol):
     """Proposes a velocity for every robot."""
 
     def act(self, scene: Scene, v_max: FloatArray, rng: np.random.Generator, /) -> FloatArray:
-        """Velocities wanted, shape (N, 2), in m/s.
+        """Velocities wanted, shape (N, d), in m/s.
 
         Args:
             scene: What robots know at the start of the step.
@@ -44,6 +44,10 @@ class UniformRandom:
 
     def act(self, scene: Scene, v_max: FloatArray, rng: np.random.Generator, /) -> FloatArray:
         """See `Policy.act`."""
+        if scene.dimension > PLANE:
+            aim = rng.normal(size=scene.position.shape)
+            part = np.cbrt(rng.uniform(0.0, 1.0, scene.num_robots))
+            return at_speed(aim, OVERSPEED * v_max * part)
         angle = rng.uniform(0.0, 2.0 * np.pi, scene.num_robots)
         speed = OVERSPEED * v_max * np.sqrt(rng.uniform(0.0, 1.0, scene.num_robots))
         return np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
@@ -57,10 +61,10 @@ class Ramming:
         """See `Policy.act`."""
         seer = np.repeat(np.arange(scene.num_robots), np.diff(scene.neighbour_start))
         offset = scene.position[scene.neighbours] - scene.position[seer]
-        gap = np.hypot(offset[:, 0], offset[:, 1]) - scene.radius[scene.neighbours]
+        gap = np.hypot.reduce(offset, axis=1) - scene.radius[scene.neighbours]
         least = np.full(scene.num_robots, np.inf)
         np.minimum.at(least, seer, gap)
-        aim = np.zeros((scene.num_robots, 2))
+        aim = np.zeros(scene.position.shape)
         is_nearest = gap == least[seer]
         aim[seer[is_nearest]] = offset[is_nearest]
         return at_speed(aim, v_max)
@@ -71,26 +75,26 @@ class GoalSeeking:
     """Full speed straight to a goal of one's own, and no further.
 
     Attributes:
-        goal: One point (x, y) a robot, in m.
+        goal: One point a robot, (x, y) or (x, y, z), in m.
         dt: Duration of a step, in s: the last one ends at the goal.
     """
 
-    goal: tuple[tuple[float, float], ...]
+    goal: tuple[tuple[float, ...], ...]
     dt: float
 
     @classmethod
     def across(cls, scene: Scene, dt: float) -> GoalSeeking:
         """Everyone to the opposite side of its world, through the middle: the crowd meets there."""
         _, world, size = np.unique(scene.world, return_inverse=True, return_counts=True)
-        total = [np.bincount(world, scene.position[:, k], minlength=len(size)) for k in range(2)]
+        total = [np.bincount(world, column, minlength=len(size)) for column in scene.position.T]
         middle = np.stack(total, axis=1) / size[:, None]
         goal = 2.0 * middle[world] - scene.position
-        return cls(tuple((x, y) for x, y in goal.tolist()), dt)
+        return cls(tuple(tuple(point) for point in goal.tolist()), dt)
 
     def act(self, scene: Scene, v_max: FloatArray, _rng: np.random.Generator, /) -> FloatArray:
         """See `Policy.act`."""
-        offset = np.array(self.goal).reshape(-1, 2) - scene.position
-        distance = np.hypot(offset[:, 0], offset[:, 1])
+        offset = np.array(self.goal).reshape(scene.position.shape) - scene.position
+        distance = np.hypot.reduce(offset, axis=1)
         return at_speed(offset, np.minimum(v_max, distance / self.dt))
 
 
@@ -130,7 +134,7 @@ class Mixed:
 
 
 def at_speed(aim: FloatArray, speed: FloatArray) -> FloatArray:
-    """Velocities along ``aim``, shape (N, 2), at ``speed``, shape (N,); zero where the aim is zero."""
-    length = np.hypot(aim[:, 0], aim[:, 1])
+    """Velocities along ``aim``, shape (N, d), at ``speed``, shape (N,); zero where the aim is zero."""
+    length = np.hypot.reduce(aim, axis=1)
     safe_length = np.where(length > 0.0, length, 1.0)
     return aim / safe_length[:, None] * speed[:, None]

@@ -3,7 +3,7 @@
 Robots that cooperate execute what the filter decides: velocities, or the commands (v, w) of a differential drive. Those
 that do not move as `passive_velocity` says: by what the guarantee credits them with, and no more.
 
-Letters: N robots, P pairs, S walls. m, m/s, rad, s.
+Letters: N robots, P pairs, S walls, d dimensions. m, m/s, rad, s.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from safefilter.closest_approach import Approach, Pairs, closest_approach, pairs
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.safety_filter import SafetyFilter
-from safefilter.scene import WANTED_X, WANTED_Y, Scene
+from safefilter.scene import Scene
 from safefilter.testing.passive_robots import passive_velocity
 from safefilter.testing.paths import Paths, robots_on_paths, walls_on_paths
 from safefilter.testing.policies import Policy
@@ -108,9 +108,9 @@ class Step:
     Attributes:
         number: From 0 on.
         scene: What everyone knew at its start, wanted velocities included.
-        action: What the policy asked for, velocities or commands, shape (N, 2), float32 or float64.
+        action: What the policy asked for, velocities or commands, shape (N, d), float32 or float64.
         decision: What the filter decided, for the robots that cooperate; None without a filter.
-        velocity: What executed, shape (N, 2), in m/s: for a drive the displacement by dt.
+        velocity: What executed, shape (N, d), in m/s: for a drive the displacement by dt.
         turn: Angles turned on the way, shape (N,), in rad.
         pairs: Pairs judged: all but those of two robots that do not cooperate.
         approach: How near they came.
@@ -154,6 +154,9 @@ class _Judge:
 
     def look(self, scene: Scene, executed: _Executed, dt: float) -> tuple[Approach, Approach]:
         displacement = executed.velocity * dt
+        if len(self.wall_pairs.first) == 0 and not executed.turn.any():
+            approach = closest_approach(scene.position, displacement, scene.radius, self.pairs)
+            return approach, Approach(*np.empty((3, 0)))
         paths = Paths(scene.position, displacement, executed.turn)
         if executed.turn.any():
             approach = robots_on_paths(paths, scene.radius, self.pairs)
@@ -237,7 +240,7 @@ def _moved_by(trial: Trial, scene: Scene, action: FloatArray, *, is_filtered: bo
 
 
 def _within_speed(velocity: FloatArray, v_max: FloatArray) -> FloatArray:
-    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    speed: FloatArray = np.hypot.reduce(velocity, axis=1)
     excess = np.maximum(speed / v_max, 1.0)
     return velocity / excess[:, None]
 
@@ -245,7 +248,7 @@ def _within_speed(velocity: FloatArray, v_max: FloatArray) -> FloatArray:
 def _with_wanted(scene: Scene, wanted: FloatArray) -> Scene:
     """The same scene, with wanted velocities; neighbours stay as they are."""
     state = scene.state.copy()
-    state[:, WANTED_X : WANTED_Y + 1] = wanted
+    state[:, 2 * scene.dimension : 3 * scene.dimension] = wanted
     return replace(scene, state=frozen(state), has_wanted=True)
 
 

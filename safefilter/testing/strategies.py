@@ -9,6 +9,7 @@ Letters: N robots. m, m/s.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -85,10 +86,12 @@ def scenes(
     # Hypothesis prefers the first: most robots cooperate.
     cooperative = st.sampled_from((True, True, True, False)) if cooperative is None else cooperative
     radius = [draw(radii()) for _ in range(size)]
-    place = [(0.0, 0.0)]
+    place: list[tuple[float, ...]] = [(0.0, 0.0)]
     for k in range(1, size):
         anchor = place[draw(st.integers(0, k - 1))]
-        place.append(_pushed_free(anchor, draw(angles()), draw(gaps), place, radius))
+        angle = draw(angles())
+        direction = math.cos(angle), math.sin(angle)
+        place.append(pushed_free(anchor, direction, draw(gaps), place, radius))
     return Scene.from_world(
         place,
         [draw(velocities()) for _ in range(size)],
@@ -233,27 +236,27 @@ def rollouts(
     )
 
 
-def _pushed_free(
-    anchor: tuple[float, float],
-    angle: float,
+def pushed_free(
+    anchor: tuple[float, ...],
+    direction: tuple[float, ...],
     gap: float,
-    place: list[tuple[float, float]],
-    radius: list[float],
-) -> tuple[float, float]:
+    place: Sequence[tuple[float, ...]],
+    radius: Sequence[float],
+) -> tuple[float, ...]:
     """The place for the next robot nearest to ``anchor`` in a direction, at least ``gap`` from everyone."""
-    e_x, e_y = math.cos(angle), math.sin(angle)
     distance, own = 0.0, radius[len(place)]
     while True:
-        x, y = anchor[0] + distance * e_x, anchor[1] + distance * e_y
+        tried = tuple(a + distance * e for a, e in zip(anchor, direction, strict=True))
         further = distance
-        for k, (o_x, o_y) in enumerate(place):
+        for k, other in enumerate(place):
             clear = own + radius[k] + gap
-            if math.hypot(x - o_x, y - o_y) < clear - 1e-12:
+            if math.dist(tried, other) < clear - 1e-12:
                 # Where the ray leaves the disc of that radius around the robot in the way.
-                along = (o_x - anchor[0]) * e_x + (o_y - anchor[1]) * e_y
-                across = (o_x - anchor[0]) * e_y - (o_y - anchor[1]) * e_x
+                offset = tuple(o - a for o, a in zip(other, anchor, strict=True))
+                along = sum(o * e for o, e in zip(offset, direction, strict=True))
+                across = math.dist(offset, [along * e for e in direction])
                 half = math.sqrt(max(0.0, clear * clear - across * across))
                 further = max(further, along + half)
         if further <= distance:
-            return x, y
+            return tried
         distance = further

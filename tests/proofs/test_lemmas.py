@@ -17,6 +17,7 @@ from proofs import apart, executed, horizon, uncertain_pair
 from proofs.prover import NotProved
 from proofs.separation import KEPT_APART
 
+BUDGETS = "safefilter.constraints.budgets"
 SEPARATION = "safefilter.constraints.separation"
 WALLS = "safefilter.constraints.walls"
 ARC = "safefilter.kinematics.arc"
@@ -40,13 +41,13 @@ Wrong = tuple[str, str, Callable[..., Any], Callable[[Any], Any]]
 WRONG: dict[str, Wrong] = {
     "all of the gap for each": (
         "separation",
-        f"{SEPARATION}.shared_budget",
+        f"{BUDGETS}.shared_budget",
         lambda gap, _: gap,
         lambda of: of.row(0),
     ),
     "the other cannot move": (
         "separation",
-        f"{SEPARATION}.spare_budget",
+        f"{BUDGETS}.spare_budget",
         lambda gap, _: gap,
         lambda of: of.row(1),
     ),
@@ -70,7 +71,7 @@ WRONG: dict[str, Wrong] = {
     ),
     "the margin twice": (
         "induction",
-        f"{SEPARATION}.clearance",
+        f"{BUDGETS}.clearance",
         lambda distance, mine, other, margin: distance - mine - other - 2 * margin,
         lambda of: of.step(),
     ),
@@ -79,6 +80,18 @@ WRONG: dict[str, Wrong] = {
         f"{SEPARATION}.direction",
         lambda p_x, p_y, *_: (p_x, p_y),
         lambda of: of.unit_or_left_out(0),
+    ),
+    "a direction in space that is no unit vector": (
+        "space",
+        "safefilter.constraints.encounter_plane.point_to",
+        lambda position, _distance, _tie, unit: unit.__setitem__(slice(None), position),
+        lambda of: of.pointed(),
+    ),
+    "left that is behind": (
+        "space",
+        "safefilter.constraints.encounter_plane.turn_left",
+        lambda first, second: second.__setitem__(slice(None), [-first[0], -first[1], 0 * first[2]]),
+        lambda of: of.turned_left(),
     ),
     "a wall without the radius": (
         "walls",
@@ -166,7 +179,7 @@ WRONG: dict[str, Wrong] = {
     ),
     "all of the gap for each, of what is certain": (
         "uncertain_steps",
-        f"{SEPARATION}.shared_budget",
+        f"{BUDGETS}.shared_budget",
         lambda gap, _: gap,
         lambda of: of.asked(0),
     ),

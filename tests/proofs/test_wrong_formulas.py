@@ -12,8 +12,8 @@ from proofs import boundary, orca_rows
 from proofs.apart import supports
 from proofs.prover import NotProved, prove
 from proofs.symbolic import Number, outcome, symbolic
-from safefilter.constraints.priority_orca import CURRENT, OWN
-from safefilter.constraints.separation import passive_budget
+from safefilter.constraints.budgets import passive_budget
+from safefilter.constraints.v_opt import CURRENT, OWN
 from safefilter.constraints.velocity_obstacle import norm_boundary
 from safefilter.kinematics.arc import largest_advance
 

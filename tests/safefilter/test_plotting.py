@@ -54,6 +54,14 @@ def test_a_decision_that_is_not_there_is_refused() -> None:
         velocity_space(SAFETY, scene, [[0.1, 0.0]], decision, 3)
 
 
+def test_robots_in_space_have_no_such_picture() -> None:
+    scene = sf.Scene.from_world([[0, 0, 0]], [[0, 0, 0]], 0.1)
+    wanted = [[0.1, 0.0, 0.0]]
+    decision = sf.SafetyFilter([], sf.Holonomic(0.2, dimension=3)).decide(scene, wanted)
+    with pytest.raises(ValueError, match="pictures are of velocities in the plane"):
+        velocity_space(SAFETY, scene, wanted, decision)
+
+
 def test_a_square_is_cut_in_half() -> None:
     square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     half = clipped(square, np.array([1.0, 0.0]), 0.0)

@@ -18,8 +18,8 @@ from safefilter.constraints.priority_orca import (
     PriorityORCA,
     SlackRule,
     VOpt,
-    time_to_collision,
 )
+from safefilter.constraints.urgency import time_to_collision
 from safefilter.errors import InvalidInput, NotFinite, OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.scene import Scene

@@ -7,27 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safefilter.constraints.priority_orca import NEVER, PriorityORCA, time_to_collision
+from safefilter.constraints.priority_orca import PriorityORCA
+from safefilter.constraints.urgency import NEVER, time_to_collision
 from safefilter.scene import Scene
-
-
-@pytest.mark.parametrize(
-    ("p", "v", "radius", "expected"),
-    [
-        ((4.0, 0.0), (1.0, 0.0), 1.0, 3.0),
-        ((4.0, 0.0), (-1.0, 0.0), 1.0, NEVER),
-        ((4.0, 0.0), (0.0, 1.0), 1.0, NEVER),
-        ((4.0, 0.0), (0.0, 0.0), 1.0, NEVER),
-        ((4.0, 3.0), (1.0, 0.0), 3.0, 4.0),  # grazes
-        ((4.0, 3.001), (1.0, 0.0), 3.0, NEVER),
-        ((0.5, 0.0), (1.0, 0.0), 1.0, -0.75),  # overlaps: less the more it does
-        ((1.0, 0.0), (0.0, 0.0), 1.0, -1e-300),  # touches
-    ],
-)
-def test_time_to_collision_by_hand(
-    p: tuple[float, float], v: tuple[float, float], radius: float, expected: float
-) -> None:
-    assert time_to_collision(*p, *v, radius) == pytest.approx(expected, rel=1e-12)
 
 
 def chosen(orca: PriorityORCA, scene: Scene) -> list[int]:

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safefilter.constraints.priority_orca import grown_radius, row_offset, share_of_change
-from safefilter.constraints.responsibility import responsibility, room
+from safefilter.constraints.priority_orca import grown_radius
+from safefilter.constraints.responsibility import responsibility, room, row_offset, share_of_change
 
 speeds = st.floats(-1.5, 1.5)
 priorities = st.floats(1e-3, 1e3)

@@ -26,8 +26,12 @@ def scene(**changes: Any) -> Scene:  # wrong values are the point
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
-        ({"position": [0.0, 1.0]}, ShapeError, "position: expected shape (N, 2), got (2,)"),
-        ({"position": np.zeros((3, 3))}, ShapeError, "position: expected shape (N, 2), got (3, 3)"),
+        ({"position": [0.0, 1.0]}, ShapeError, "position: expected shape (N, 2 or 3), got (2,)"),
+        (
+            {"position": np.zeros((3, 4))},
+            ShapeError,
+            "position: expected shape (N, 2 or 3), got (3, 4)",
+        ),
         ({"velocity": np.zeros((2, 2))}, ShapeError, "velocity: expected shape (3, 2), got (2, 2)"),
         ({"wanted": np.zeros((3, 1))}, ShapeError, "wanted: expected shape (3, 2), got (3, 1)"),
         ({"radius": [0.1, 0.2]}, ShapeError, "radius: expected shape (3,), got (2,)"),

@@ -8,16 +8,16 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from safefilter.constraints.responsibility import room
-from safefilter.constraints.separation import (
+from safefilter.constraints.budgets import (
     approach,
     clearance,
     cooperative_budget,
-    direction,
     passive_budget,
     shared_budget,
     spare_budget,
 )
+from safefilter.constraints.responsibility import room
+from safefilter.constraints.separation import direction
 
 # Rounding of a few sums of lengths up to some metres.
 ROUNDING = 1e-12
