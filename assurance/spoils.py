@@ -191,8 +191,8 @@ def no_second_stage(_right: Any) -> Any:
 def one_dt_too_short(right: Any) -> Any:
     """Make budgets for half of the step."""
 
-    def settings(self: Any, source: int, wall_source: int) -> Any:
-        made = right(self, source, wall_source)
+    def settings(self: Any, *arguments: Any) -> Any:
+        made = right(self, *arguments)
         return made._replace(dt=0.5 * made.dt)
 
     return settings
