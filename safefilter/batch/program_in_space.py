@@ -17,7 +17,7 @@ from safefilter.batch.program import (
     write_labels,
 )
 from safefilter.batch.records import Options, Outcome, Problem
-from safefilter.batch.rows_in_space import soft_violation_in_space
+from safefilter.batch.rows_in_space import hold_in_space, soft_violation_in_space
 from safefilter.constraints.row_buffers import RowLabels, Sections
 from safefilter.jit import array_formula, formula
 from safefilter.vectors import is_finite
@@ -91,10 +91,14 @@ def solve_in_space(
         else:
             proof_count = 0
     if status != SOLVED or not is_finite(room.point):
-        out.fault[k] = EMPTY_HARD_SET if status == CONTRADICTION else STALLED_FAULT
         count, is_proved = 0, False
         for c in range(len(wanted)):
             room.point[c] = 0.0
+        # Hard rows that standing still keeps do not clash: rounding got the better of rows all but touching.
+        is_empty = status == CONTRADICTION and not hold_in_space(
+            rows.array, 0, sections.num_hard, room.point, tolerance
+        )
+        out.fault[k] = EMPTY_HARD_SET if is_empty else STALLED_FAULT
     out.optimal[k] = is_proved and is_nearest(
         system, relaxation, wanted, room.point, tolerance, held, count, room.rest
     )
