@@ -197,6 +197,8 @@ def test_robots_in_a_plane_of_space_decide_as_in_the_plane(scene: sf.Scene, v_op
     agrees = (space.fault == Fault.NONE) & have_the_same(
         orca.half_spaces(scene, wishes(scene), who), orca.half_spaces(above, wishes(above), who)
     )
+    # Rows all but opposite are least violated far out, where polygon and polyhedron hold different speeds.
+    agrees &= np.linalg.norm(flat.velocity, axis=1) < UNBOUND / 2.0
     is_clear = (flat.violation > 1e-6) & agrees
     assert (flat.case == space.case)[is_clear].all()
     np.testing.assert_allclose(space.violation[agrees], flat.violation[agrees], atol=1e-6)
