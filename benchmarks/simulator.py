@@ -36,10 +36,10 @@ QUICK_WORLDS = (8, 256)
 CROWDS = (2, 8, 50, 500)
 NUM_ROBOTS = 8
 NUM_BEAMS = 36
-# Steps in one round; the rates are of the best round. Few steps of few worlds would be over before the caches are warm.
-STEPS = 50
-ROUNDS = 5
-QUICK_ROUNDS = 2
+# Steps in one round; the rates are of the best round. In more steps resets come, which cost by the world.
+STEPS = 10
+ROUNDS = 9
+QUICK_ROUNDS = 3
 # Robots in all, when the number of robots a world is varied.
 ROBOTS_IN_ALL = 2000
 PAIR_DISTANCE = 8.0  # m; robots see 3 m far, and their lidars 3.5 m
