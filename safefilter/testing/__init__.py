@@ -8,7 +8,8 @@ That your settings keep your robots apart, from contact at the start on::
 
     @given(rollouts(touching(), dt=0.1))
     def test_robots_never_touch(trial: Trial) -> None:
-        safety_filter = SafetyFilter([PriorityORCA(2.0), Separation(0.1)], Holonomic(trial.v_max))
+        separation = Separation(0.1, passive_speed=trial.passive_speed)
+        safety_filter = SafetyFilter([PriorityORCA(2.0), separation], Holonomic(trial.v_max))
         assert_collision_free(safety_filter, trial)
 """
 
