@@ -105,8 +105,8 @@ def test_the_same_cloud_collides_with_orca_alone() -> None:
 @pytest.mark.stress
 def test_half_a_million_robot_steps_in_space_without_a_collision() -> None:
     tally = NOTHING
-    for seed in range(13):
+    for seed in range(14):
         trial = trial_in_cloud(seed, num_robots=1000, num_steps=40)
         tally += assert_collision_free(filter_of(trial), trial)
     assert tally.robot_steps >= 400_000
-    assert min(tally.cases) >= 5_000
+    assert min(tally.cases) >= 10_000
