@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import FloatArray, frozen, per_robot, positive_number, require_positive
+from safefilter.arrays import (
+    BoolArray,
+    FloatArray,
+    frozen,
+    per_robot,
+    positive_number,
+    require_positive,
+)
 from safefilter.closest_approach import Approach, Pairs, closest_approach, pairs_within
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput, OutOfRange
@@ -187,10 +194,11 @@ def roll_out(safety_filter: SafetyFilter | None, trial: Trial) -> Iterator[Step]
         wanted = finite if trial.is_driving else finite.astype(action.dtype).astype(np.float64)
         scene = _with_wanted(scene, wanted)
         decision, executed = None, action.astype(np.float64)
-        if safety_filter is not None and scene.cooperative.any():
-            decision = safety_filter.decide(scene, action[scene.cooperative])
-            executed[scene.cooperative] = decision.action
-        moved = _moved_by(trial, scene, executed, is_filtered=safety_filter is not None)
+        decided = scene.cooperative & (safety_filter is not None)
+        if safety_filter is not None and decided.any():
+            decision = safety_filter.decide(scene, action[decided])
+            executed[decided] = decision.action
+        moved = _moved_by(trial, scene, executed, decided)
         passive = passive_velocity(scene, wanted, judge.all_pairs, trial.dt, trial.passive_speed)
         moved.velocity[~scene.cooperative] = passive[~scene.cooperative]
         moved.turn[~scene.cooperative] = 0.0
@@ -223,17 +231,16 @@ def _action(trial: Trial, scene: Scene, asked: FloatArray) -> FloatArray:
     return np.stack([np.hypot(asked[:, 0], asked[:, 1]), turn_rate], axis=1)
 
 
-def _moved_by(trial: Trial, scene: Scene, action: FloatArray, *, is_filtered: bool) -> _Executed:
-    """How robots move by actions; those that no filter looked at are cut to what robots can do."""
-    if not is_filtered:
-        # Who asks for nothing that is a number stands still.
-        action = np.where(np.isfinite(action).all(axis=1, keepdims=True), action, 0.0)
+def _moved_by(trial: Trial, scene: Scene, action: FloatArray, decided: BoolArray) -> _Executed:
+    """How robots move by actions; those that the filter did not decide are cut to what robots can do."""
+    # Who asks for nothing that is a number stands still; what the filter answers is executed as it is.
+    makes_sense = decided | np.isfinite(action).all(axis=1)
+    action = np.where(makes_sense[:, None], action, 0.0)
     if not trial.is_driving or scene.heading is None:
-        velocity = action if is_filtered else _within_speed(action, trial.v_max)
+        velocity = np.where(decided[:, None], action, _within_speed(action, trial.v_max))
         return _Executed(velocity, np.zeros(scene.num_robots))
     speed, turn = action[:, 0], action[:, 1] * trial.dt
-    if not is_filtered:
-        speed = np.minimum(speed, trial.v_max)
+    speed = np.where(decided, speed, np.minimum(speed, trial.v_max))
     # The chord of an arc is as much shorter as sin(x) is than x, at half of the turn.
     chord, angle = speed * np.sinc(0.5 * turn / np.pi), scene.heading + 0.5 * turn
     return _Executed(np.stack([chord * np.cos(angle), chord * np.sin(angle)], axis=1), turn)

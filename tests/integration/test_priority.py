@@ -137,7 +137,8 @@ def test_a_robot_at_its_wanted_velocity_keeps_it_against_a_millionth_of_its_prio
     other: tuple[float, float],
     other_wants: tuple[float, float],
 ) -> None:
-    # Two steps at full speed stay free between them: separation has no say.
+    # Two steps at full speed stay free between them: separation has no say. Nor has the top speed: its polygon of
+    # 64 sides is inscribed, 0.12 % short of the circle.
     scene = sf.Scene.from_world(
         [[0.0, 0.0], [sum(radius) + gap, 0.0]],
         [own, other],
@@ -145,7 +146,7 @@ def test_a_robot_at_its_wanted_velocity_keeps_it_against_a_millionth_of_its_prio
         priority=[1e6, 1.0],
         wanted=[own, other_wants],
     )
-    safety_filter = sf.SafetyFilter([sf.PriorityORCA(TAU), sf.Separation(DT)], sf.Holonomic(1.001))
+    safety_filter = sf.SafetyFilter([sf.PriorityORCA(TAU), sf.Separation(DT)], sf.Holonomic(1.01))
     decision = safety_filter.decide(scene, [own], [0])
     relative = np.hypot(own[0] - other[0], own[1] - other[1])
     # Out of the velocity obstacle is never further than to no relative velocity at all.

@@ -151,6 +151,18 @@ def test_drives_go_along_arcs_and_turn() -> None:
     assert second.scene.heading == pytest.approx([0.4, np.pi - 0.4])
 
 
+def test_unfiltered_drives_that_ask_for_no_number_stand_still_beside_filtered_ones() -> None:
+    scene = two_robots(cooperative=[True, False], heading=0.0)
+    separation = sf.Separation(DT, passive_speed=1.0)
+    drive = sf.DifferentialDrive(1.0, 2.0, DT, 0.05)
+    trial = Trial(
+        scene, NotFinite(Ramming()), np.ones(2), num_steps=50, passive_speed=1.0, omega_max=2.0
+    )
+    steps = list(roll_out(sf.SafetyFilter([separation], drive), trial))
+    assert any(not np.isfinite(step.action[1]).all() for step in steps)
+    assert all(np.isfinite(step.velocity).all() for step in steps)
+
+
 @given(rollouts(omega_max=2.0))
 def test_filtered_drives_execute_their_commands(trial: Trial) -> None:
     drive = sf.DifferentialDrive(trial.v_max, trial.omega_max, trial.dt, 0.05)
