@@ -15,7 +15,7 @@ PIP_INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check --no
 PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo table test check coverage bench mutants clean
+.PHONY: help demo table test check coverage bench mutants stress clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -48,6 +48,10 @@ bench: $(VENV)/bench-installed ## Time the filter against RVO2 and against other
 # Hours; it goes on where it was stopped.
 mutants: $(VENV)/dev-installed ## Make every small mistake in geometry, programs and cap, and see whether a test fails
 	$(BIN)/python -m assurance.mutation
+
+# Half an hour of two idle cores; killed at any moment, it goes on where it was.
+stress: $(VENV)/dev-installed ## 10^8 robot-steps of every kind without a collision, into out/stress/
+	$(BIN)/python -m assurance.stress
 
 clean: ## Remove everything that these targets made, .venv too
 	rm -rf $(VENV) out build dist .coverage .coverage.* .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
