@@ -7,7 +7,7 @@ comes in smaller cases. ``CYCLE`` says how many of each there are in a row.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -111,6 +111,9 @@ def crowds(
         setting = setting_of(
             draw.rng, number, crowd, draw.size.num_steps, draw.seed, policies=CROWD_POLICIES
         )
+        if dimension == SPACE:
+            # In space nobody passes on a side.
+            setting = replace(setting, leg="nearest")
         policy = CROWD_POLICIES[number % len(CROWD_POLICIES)]
         safety_filter = setting.safety_filter(backend, deadline=DEADLINES.get(backend))
         return Drive(
@@ -167,13 +170,13 @@ KINDS = (
     Kind(
         "holonomic",
         "worlds of 2 to 200 holonomic robots among known walls",
-        Size(2000, 60, MOST_ROBOTS),
+        Size(2000, 120, MOST_ROBOTS),
         worlds("holonomic", has_map=True),
     ),
     Kind(
         "drives",
         "worlds of 2 to 200 differential drives among known walls",
-        Size(2000, 60, MOST_ROBOTS),
+        Size(2000, 120, MOST_ROBOTS),
         worlds("differential", has_map=True),
     ),
     Kind(
@@ -203,14 +206,16 @@ KINDS = (
     Kind(
         "errors",
         "robots with wrong, stale and late knowledge, each deciding for itself, errors up to their stated bounds",
-        Size(50, 12),
+        Size(140, 12),
         uncertain,
     ),
-    Kind("solvers", "crowds, each solver that is installed in turn", Size(40, 10), crowds(solvers)),
+    Kind(
+        "solvers", "crowds, each solver that is installed in turn", Size(150, 10), crowds(solvers)
+    ),
     Kind(
         "faulty solvers",
         "crowds, each fault of a solver in turn: raises, NaN, wrong status, wrong sign, stale, None ...",
-        Size(150, 10),
+        Size(350, 10),
         crowds(faults),
     ),
     Kind(
@@ -223,10 +228,18 @@ KINDS = (
 BY_NAME = {kind.name: kind for kind in KINDS}
 CYCLE = (
     *(("holonomic", "drives") * 7),
-    *("crowds", "space", "errors", "drives, lidar"),
-    *("solvers", "faulty solvers"),
+    *(
+        "crowds",
+        "space",
+        "errors",
+        "drives, lidar",
+        "solvers",
+        "faulty solvers",
+        "errors",
+        "solvers",
+    ),
     *(("holonomic", "drives") * 7),
-    *("crowds", "holonomic, lidar", "errors", "drives, lidar"),
-    *("solvers", "faulty solvers", "late solvers"),
+    *("crowds", "holonomic, lidar", "errors", "drives, lidar", "solvers", "faulty solvers"),
+    *("errors", "solvers", "late solvers"),
 )
 """Names of kinds, case after case, over and over."""
