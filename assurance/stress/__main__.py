@@ -50,6 +50,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SafeFilterError as error:
         sys.stderr.write(f"{error}\n")
         return 2
+    except KeyboardInterrupt:
+        sys.stderr.write("stopped; the same command goes on\n")
+        return 130
 
 
 if __name__ == "__main__":

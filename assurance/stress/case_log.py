@@ -152,7 +152,8 @@ def read_log(path: Path) -> Entries:
 
 
 def _records(content: bytes, path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
-    for number, line in enumerate(content.decode(errors="replace").splitlines(), start=1):
+    # Not splitlines(): that would take other characters than the one written for ends of lines.
+    for number, line in enumerate(content.decode(errors="replace").split("\n")[:-1], start=1):
         digest, _, text = line.partition(" ")
         if digest != _digest(text):
             raise LogError(

@@ -91,21 +91,22 @@ def test_mistakes_are_told_without_a_traceback(
 def test_a_slice_of_the_campaign_has_no_collision_and_executes_nothing_uncertified(
     tmp_path: Path,
 ) -> None:
-    arguments = ["--seed", "1", "--scale", "0.3", "--steps", "1e6", "--processes", "1"]
+    # A cycle of all kinds, and another seed than that of the campaign that is reported.
+    arguments = ["--seed", "1", "--steps", "6e6", "--processes", "1"]
     assert main([*arguments, "--out", str(tmp_path)]) == 0
     report = json.loads((tmp_path / NUMBERS).read_text(encoding="utf-8"))
     total, kinds = report["total"], report["kinds"]
-    assert total["robot_steps"] >= 1_000_000
+    assert total["robot_steps"] >= 6_000_000
     assert total["num_cases"] >= len(CYCLE)
     assert total["collisions"] == total["uncertified"] == 0
     assert report["failed"] == []
     assert set(kinds) == {kind.name for kind in KINDS}
     for name in ("holonomic", "drives", "drives, lidar", "crowds", "space"):
-        assert min(kinds[name]["cases"].values()) >= 500
+        assert min(kinds[name]["cases"].values()) >= 1000
         # Robots did come into contact, to the margin.
         assert kinds[name]["min_clearance"] < 1e-5
     for name in ("errors", "solvers", "faulty solvers"):
-        assert kinds[name]["robot_steps"] >= 100
+        assert kinds[name]["robot_steps"] >= 5000
     answered = total["faults"]
     for fault in (Fault.ACTION_NOT_FINITE, Fault.BACKEND_RAISED, Fault.BACKEND_WRONG_STATUS):
         assert answered[fault.name] > 0
