@@ -164,7 +164,9 @@ def _crew(campaign: Campaign, processes: int) -> Iterator[_Crew]:
     try:
         for _ in range(processes):
             ours, theirs = context.Pipe()
-            process = context.Process(target=serve, args=(theirs, campaign), daemon=True)
+            process: BaseProcess = context.Process(
+                target=serve, args=(theirs, campaign), daemon=True
+            )
             process.start()
             theirs.close()
             drivers.append(Driver(process, ours))

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter import (
+    Constraint,
     DifferentialDrive,
     Holonomic,
     PriorityORCA,
@@ -78,7 +79,7 @@ def uncertain_trial(rng: np.random.Generator, seed: int) -> UncertainCase:
     omega_max, bounds = float(rng.choice(TURN_RATES)), _bounds(rng)
     while omega_max > 0.0 and not _is_stated_well(bounds, omega_max):
         bounds = _bounds(rng)
-    v_max = float(np.exp(rng.uniform(*np.log(SPEEDS))))
+    v_max = float(rng.uniform(*SPEEDS))
     trial = UncertainTrial(
         _scene(rng, v_max),
         POLICIES[rng.integers(len(POLICIES))],
@@ -93,7 +94,9 @@ def uncertain_trial(rng: np.random.Generator, seed: int) -> UncertainCase:
     kinematics = DifferentialDrive(v_max, omega_max, DT, 0.01) if omega_max else Holonomic(v_max)
     separation = Separation(DT, uncertainty=bounds)
     # Soft rows slow robots down before they meet: half of the trials do without.
-    constraints = [separation] if rng.integers(2) else [PriorityORCA(2.0), separation]
+    constraints: list[Constraint] = [separation]
+    if rng.integers(2):
+        constraints.append(PriorityORCA(2.0))
     return UncertainCase(trial, SafetyFilter(constraints, kinematics))
 
 
@@ -114,7 +117,7 @@ def _is_stated_well(bounds: Uncertainty, omega_max: float) -> bool:
 
 def _scene(rng: np.random.Generator, v_max: float) -> Scene:
     size = int(rng.integers(MIN_ROBOTS, MAX_ROBOTS + 1))
-    radius = np.exp(rng.uniform(*np.log(RADII), size))
+    radius = rng.uniform(*RADII, size)
     position = SPREAD * put_down(rng, np.array([size]), radius)
     cooperative = np.full(size, fill_value=True)
     cooperative[-1] = size == MIN_ROBOTS or rng.uniform() >= PASSIVE_PART

@@ -68,7 +68,7 @@ def test_worlds_tell_world_and_robot() -> None:
     choice = next(found for found in COMBINATIONS if found.policy.name == "ramming")
     rng = np.random.default_rng(0)
     drawn = drive_trial(rng, choice, Size(40, 10), 0, kinematics="holonomic")
-    failures, collisions = [], 0
+    failures, collisions = list[Failure](), 0
     for step in drive_steps(drawn, "filter off"):
         moment = of_worlds(step)
         assert moment.tally.cases == (0, 0, 0)
