@@ -9,7 +9,7 @@ from __future__ import annotations
 import multiprocessing
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import count
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -61,15 +61,15 @@ def drive_cases(
     if processes < 1:
         raise OutOfRange(f"processes: expected 1 or more, got {processes}")
     results = log.entries.results
-    if processes > 1:
-        # Processes that compile one kernel at the same time can swap each other's files: one case of each kind here.
-        for number in sorted(
-            {name: number for number, name in reversed([*enumerate(CYCLE)])}.values()
-        ):
-            if number not in results:
-                result = run_case(campaign, number)
-                log.note(result)
-                watch(result)
+
+    def note(result: Result) -> None:
+        log.note(result)
+        watch(result)
+
+    # Processes that compile one kernel at the same time can swap each other's files: one case of each kind here first.
+    for number in sorted(map(CYCLE.index, set(CYCLE))):
+        if number not in results:
+            note(run_case(campaign, number))
     made = sum(result.tally.robot_steps for result in results.values())
     # What a run that was killed left open before its last case is filled in, however many steps there are.
     least = max(len(CYCLE), *results, 0)
@@ -81,9 +81,8 @@ def drive_cases(
                 crew.begin(number)
                 number = next(missing)
             for result in crew.finished():
-                log.note(result)
+                note(result)
                 made += result.tally.robot_steps
-                watch(result)
 
 
 def serve(pipe: Connection, campaign: Campaign) -> None:
@@ -104,7 +103,7 @@ def _missing(results: dict[int, Result]) -> Iterator[int]:
     return (number for number in count() if number not in there)
 
 
-class _Crew:
+class Crew:
     """Those who drive, and what each of them is at; without anybody, cases are driven here."""
 
     def __init__(self, campaign: Campaign, drivers: tuple[Driver, ...]) -> None:
@@ -129,12 +128,17 @@ class _Crew:
             return
         free = next(k for k in range(len(self._drivers)) if k not in self._at)
         self._at[free] = number
-        self._drivers[free].pipe.send(number)
+        # Whoever has died is noticed where results are waited for.
+        with suppress(BrokenPipeError, ConnectionResetError):
+            self._drivers[free].pipe.send(number)
 
     def finished(self) -> Iterator[Result]:
         """Wait for at least one case to end."""
         while self._here:
             yield run_case(self._campaign, self._here.pop())
+        if not self._at:
+            # Waiting for nobody would last for ever.
+            return
         ready = wait([self._drivers[k].pipe for k in self._at])
         for k in [k for k in self._at if self._drivers[k].pipe in ready]:
             yield self._received(k)
@@ -144,7 +148,7 @@ class _Crew:
         process, pipe = self._drivers[k]
         try:
             result: Result = pipe.recv()
-        except EOFError as error:
+        except (EOFError, ConnectionResetError) as error:
             process.join()
             raise DriverDied(
                 f"the process that drove case {self._at[k]} ended with exit code {process.exitcode}; drive it alone: "
@@ -154,9 +158,9 @@ class _Crew:
 
 
 @contextmanager
-def _crew(campaign: Campaign, processes: int) -> Iterator[_Crew]:
+def _crew(campaign: Campaign, processes: int) -> Iterator[Crew]:
     if processes == 1:
-        yield _Crew(campaign, ())
+        yield Crew(campaign, ())
         return
     # Fresh processes: forked ones would share the state of thread pools that do not survive it.
     context = multiprocessing.get_context("spawn")
@@ -170,7 +174,7 @@ def _crew(campaign: Campaign, processes: int) -> Iterator[_Crew]:
             process.start()
             theirs.close()
             drivers.append(Driver(process, ours))
-        yield _Crew(campaign, tuple(drivers))
+        yield Crew(campaign, tuple(drivers))
     finally:
         for process, pipe in drivers:
             pipe.close()

@@ -1,10 +1,12 @@
 """Killed at any moment, by a signal that nobody can catch, a campaign goes on without losing or repeating a case."""
 
+import multiprocessing
 import signal
 import subprocess
 import sys
 import time
 from dataclasses import replace
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
@@ -13,7 +15,7 @@ from assurance.stress.campaign import LOG, this_run
 from assurance.stress.case_log import CaseLog, read_log
 from assurance.stress.cases import Campaign, Result
 from assurance.stress.kinds import CYCLE
-from assurance.stress.processes import drive_cases
+from assurance.stress.processes import Crew, Driver, DriverDied, drive_cases
 from safefilter.errors import OutOfRange
 from safefilter.testing.tally import NOTHING
 
@@ -89,7 +91,12 @@ def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_cases_come_in_order_until_there_are_steps_enough(tmp_path: Path) -> None:
     steps = 20 * len(CYCLE)
     told = drive(tmp_path / "log", Campaign(0), steps)
-    assert [result.number for result in told] == list(range(2 * len(CYCLE)))
+    assert sorted(result.number for result in told) == list(range(2 * len(CYCLE)))
+    # One of each kind, then in order.
+    kinds = [result.kind for result in told[: len(set(CYCLE))]]
+    assert set(kinds) == set(CYCLE)
+    rest = [result.number for result in told[len(kinds) :]]
+    assert rest == sorted(rest)
     assert drive(tmp_path / "log", Campaign(0), steps) == []
     more = drive(tmp_path / "log", Campaign(0), steps + 11)
     assert [result.number for result in more] == [2 * len(CYCLE), 2 * len(CYCLE) + 1]
@@ -110,6 +117,27 @@ def test_gaps_that_a_kill_left_are_filled_even_if_there_are_steps_enough(tmp_pat
             log.note(made_up(campaign, number))
     log.close()
     assert [result.number for result in drive(tmp_path / "log", campaign)] == [5, last - 1]
+
+
+@pytest.mark.parametrize("has_begun", [False, True])
+def test_a_driver_that_dies_is_told_with_its_case(*, has_begun: bool) -> None:
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=end_with_three, args=(theirs,))
+    process.start()
+    theirs.close()
+    crew = Crew(SMALL, (Driver(process, ours),))
+    if not has_begun:
+        process.join()
+    crew.begin(5)
+    assert not crew.has_room
+    with pytest.raises(DriverDied, match=r"case 5 ended with exit code 3.*--scale 0.005 --case 5"):
+        list(crew.finished())
+
+
+def end_with_three(pipe: Connection) -> None:
+    pipe.close()
+    sys.exit(3)
 
 
 def test_nobody_cannot_drive(tmp_path: Path) -> None:
