@@ -6,7 +6,6 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
@@ -123,7 +122,7 @@ def test_gaps_that_a_kill_left_are_filled_even_if_there_are_steps_enough(tmp_pat
 def test_a_driver_that_dies_is_told_with_its_case(*, has_begun: bool) -> None:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=end_with_three, args=(theirs,))
+    process = context.Process(target=sys.exit, args=(3,))
     process.start()
     theirs.close()
     crew = Crew(SMALL, (Driver(process, ours),))
@@ -133,11 +132,6 @@ def test_a_driver_that_dies_is_told_with_its_case(*, has_begun: bool) -> None:
     assert not crew.has_room
     with pytest.raises(DriverDied, match=r"case 5 ended with exit code 3.*--scale 0.005 --case 5"):
         list(crew.finished())
-
-
-def end_with_three(pipe: Connection) -> None:
-    pipe.close()
-    sys.exit(3)
 
 
 def test_nobody_cannot_drive(tmp_path: Path) -> None:
