@@ -40,6 +40,8 @@ from safefilter.errors import InvalidInput, SafeFilterError
 RAW_OUTPUT = "raw"
 MAX_ONNX_BYTES = 2**31
 """Largest file that is read: that of the format."""
+SB3_PART = "data"
+"""Part of every zip of Stable-Baselines3."""
 SUFFIXES = (".safetensors", ".onnx", ".zip")
 
 
@@ -198,6 +200,9 @@ def _require_whole(path: Path) -> None:
     try:
         with zipfile.ZipFile(path) as archive:
             torn = archive.testzip()
+            # A directory that was damaged may list fewer parts.
+            if SB3_PART not in archive.namelist():
+                torn = SB3_PART
     except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
         raise InvalidInput(f"{path}: no zip that can be read: {error}") from error
     if torn is not None:
