@@ -42,15 +42,19 @@ def cast_beams(
         Distances from the centres, shape (W, N, K), in m; infinite where nothing came back, and for robots that
         are gone.
     """
-    ranges = np.full((world.num_worlds, world.num_robots, num_beams), np.inf)
+    shape = world.num_worlds, world.num_robots, num_beams
+    first, stop, _ = worlds.indices(world.num_worlds)
+    # What is written anyway is not filled before.
+    is_whole = first == 0 and stop == world.num_worlds
+    ranges = np.empty(shape) if is_whole else np.full(shape, np.inf)
     if num_beams == 0:
         return ranges
     beams = Beams.evenly(num_beams)
 
-    def cast(first: int, last: int) -> None:
+    def cast(begin: int, end: int) -> None:
         _cast(
-            first,
-            last,
+            begin,
+            end,
             world.position,
             world.heading,
             world.radius,
@@ -65,8 +69,7 @@ def cast_beams(
             ranges,
         )
 
-    first, stop, _ = worlds.indices(world.num_worlds)
-    over_worlds(lambda start, end: cast(first + start, first + end), stop - first, world.num_robots)
+    over_worlds(lambda begin, end: cast(first + begin, first + end), stop - first, world.num_robots)
     return ranges
 
 
@@ -98,6 +101,7 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
         largest_radius = radius[w].max()
         for i in range(num_robots):
             if not present[w, i]:
+                ranges[w, i] = np.inf
                 continue
             nearness[:] = 0.0
             x, y = position[w, i, 0], position[w, i, 1]

@@ -27,7 +27,14 @@ from envs.snapshot import Parts, Snapshot
 from envs.step_kernel import Motion, StepInputs, step_worlds
 from envs.walls import WallArrays, WallMap
 from envs.world import World, over_worlds
-from safefilter.arrays import FloatArray, all_true, finite_array, frozen, require_positive
+from safefilter.arrays import (
+    BoolArray,
+    FloatArray,
+    all_true,
+    finite_array,
+    frozen,
+    require_positive,
+)
 from safefilter.batch.records import plain
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.lidar import Lidar
@@ -171,9 +178,13 @@ class Navigation:
         """
         self.world.present[np.broadcast_to(worlds, (self.world.num_worlds,))] = False
 
-    def observe(self) -> Observations:
-        """Observations of all robots, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`."""
-        return self.observer.observe()
+    def observe(self, chosen: BoolArray | None = None) -> Observations:
+        """Observations, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`.
+
+        Args:
+            chosen: Of which robots, shape (W, N), zeros of all others; None: of all.
+        """
+        return self.observer.observe(chosen)
 
     def state(self) -> Snapshot:
         """Copy of everything that later steps depend on: the world, what is remembered of it, and the generators."""

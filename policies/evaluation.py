@@ -103,6 +103,7 @@ def run_episodes(
             seed=seed,
             first_episode=first,
             lateness=lateness,
+            resets=False,
         )
         parts.append(rollout.results)
     return RobotResults.joined(parts)

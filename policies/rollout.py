@@ -55,6 +55,7 @@ def roll_out(
     first_episode: int = 0,
     max_steps: int | None = None,
     lateness: Lateness = PUNCTUAL,
+    resets: bool = True,
     watch: Callable[[Scene, FloatArray, Decision], None] = lambda *_: None,
 ) -> Rollout:
     """Drive all robots of all worlds from their starts until nobody is under way or the time is over.
@@ -62,19 +63,22 @@ def roll_out(
     A world is taken out of the run as soon as its episode is over.
 
     Args:
-        navigation: Worlds; they are reset first.
+        navigation: Worlds; they are reset first, unless ``resets`` says that they just have been.
         policy: Proposes actions.
         safety_filter: Decides for the cooperative robots; None executes what the policy proposes.
         seed: Seed of the worlds and of the policy.
         first_episode: Number of the episode of world 0, see `Navigation.reset`.
         max_steps: Steps at most; None for the time limit of the rules.
         lateness: How late answers come.
+        resets: Reset the worlds first? Not where that has been done with the same seed and first episode: to place the
+            robots of a town takes as long as to drive them for some steps.
         watch: Told of every decision: the scene, the actions wanted, shape (B, 2), and what was decided.
 
     Returns:
         Measures and a recording.
     """
-    navigation.reset(seed, first_episode=first_episode)
+    if resets:
+        navigation.reset(seed, first_episode=first_episode)
     world = navigation.world
     rng = np.random.default_rng([seed, first_episode, world.num_worlds])
     measures = EpisodeMeasures.start(world)
