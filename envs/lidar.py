@@ -28,6 +28,7 @@ def cast_beams(
     *,
     sensing: Sensing = PERFECT,
     worlds: slice = slice(None),
+    chosen: BoolArray | None = None,
 ) -> FloatArray:
     """Scan once round, counterclockwise from each robot's heading.
 
@@ -37,6 +38,7 @@ def cast_beams(
         greatest_range: Distance up to which beams come back, in m.
         sensing: Noise and drop-out of beams.
         worlds: Worlds to look at; of all others nothing comes back.
+        chosen: Robots that scan, shape (W, N); to all others nothing comes back. None: all.
 
     Returns:
         Distances from the centres, shape (W, N, K), in m; infinite where nothing came back, and for robots that
@@ -50,6 +52,7 @@ def cast_beams(
     if num_beams == 0:
         return ranges
     beams = Beams.evenly(num_beams)
+    scans = world.present if chosen is None else world.present & chosen
 
     def cast(begin: int, end: int) -> None:
         _cast(
@@ -59,6 +62,7 @@ def cast_beams(
             world.heading,
             world.radius,
             world.present,
+            scans,
             world.walls.arrays,
             beams,
             greatest_range,
@@ -81,6 +85,7 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
     heading: FloatArray,
     radius: FloatArray,
     present: BoolArray,
+    scans: BoolArray,
     walls: WallArrays,
     beams: Beams,
     greatest_range: float,
@@ -100,7 +105,7 @@ def _cast(  # noqa: PLR0917  # a kernel takes arrays, not records
         sort_robots(grid, w, position, present)
         largest_radius = radius[w].max()
         for i in range(num_robots):
-            if not present[w, i]:
+            if not scans[w, i]:
                 ranges[w, i] = np.inf
                 continue
             nearness[:] = 0.0

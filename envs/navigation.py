@@ -5,7 +5,8 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -218,20 +219,24 @@ class Navigation:
         """
         return np.where(self.world.active[..., np.newaxis], actions, 0.0)
 
-    def scenes(self, actions: FloatArray | None = None) -> Scene:
+    def scenes(
+        self, actions: FloatArray | None = None, *, scanning: BoolArray | None = None
+    ) -> Scene:
         """All worlds as one scene of W N robots: row w N + i is robot i of world w.
 
         A vanished robot keeps its row, in a world of its own where nobody meets it.
 
         Args:
             actions: What all want to do, shape (W, N, 2), for filters that share it.
+            scanning: Robots that a filter will decide for, shape (W, N); None: all. Where there is no map, the others
+                know no wall.
         """
         numbers = self._world_numbers
         if not all_true(self.world.present):
             gone = np.flatnonzero(~self.world.present.ravel())
             numbers = numbers.copy()
             numbers[gone] += 1 + gone % self.world.num_robots
-        return self._scene(slice(None), numbers, actions)
+        return self._scene(slice(None), numbers, actions, scanning)
 
     def scene(self, world: int = 0, actions: FloatArray | None = None) -> Scene:
         """One world as a scene of N robots.
@@ -261,7 +266,11 @@ class Navigation:
         return self._kept_parts
 
     def _scene(
-        self, worlds: slice, numbers: npt.NDArray[np.int64], actions: FloatArray | None
+        self,
+        worlds: slice,
+        numbers: npt.NDArray[np.int64],
+        actions: FloatArray | None,
+        scanning: BoolArray | None = None,
     ) -> Scene:
         world, known = self.world, self.observer.sensed.arrays
         has_map = self.rules.num_beams == 0
@@ -282,10 +291,14 @@ class Navigation:
             reach=self.rules.sensing_range,
             heading=known.heading[worlds].ravel(),
             own_walls=self._map(worlds) if has_map else None,
-            lidar=None if has_map else self._scan(worlds),
+            lidar=None if has_map else self._scan(worlds, scanning),
         )
 
-    def _scan(self, worlds: slice) -> Lidar:
+    @cached_property
+    def _blank_scan(self) -> Lidar:
+        return Lidar.scan(np.full((1, self.rules.num_beams), np.inf))
+
+    def _scan(self, worlds: slice, scanning: BoolArray | None) -> Lidar:
         world, rules = self.world, self.rules
         seen = rules.lidar_range if rules.wall_range is None else rules.wall_range
         ranges = cast_beams(
@@ -294,8 +307,10 @@ class Navigation:
             min(seen, rules.lidar_range),
             sensing=self.observer.sensed.sensing,
             worlds=worlds,
+            chosen=scanning,
         )
-        return Lidar.scan(ranges[worlds].reshape(-1, rules.num_beams))
+        # Ranges that have just been cast need neither a check nor a copy.
+        return replace(self._blank_scan, ranges=frozen(ranges[worlds].reshape(-1, rules.num_beams)))
 
     def _walk(self, crowd: Crowd, action: FloatArray) -> None:
         """Replace the actions of people by what they do."""

@@ -104,6 +104,7 @@ def run_episodes(
             first_episode=first,
             lateness=lateness,
             resets=False,
+            spares_resting=True,
         )
         parts.append(rollout.results)
     return RobotResults.joined(parts)

@@ -223,9 +223,7 @@ def nearest_in_gaps(
     for k in range(num_beams):
         after = k + 1 if k + 1 < num_beams else 0
         if masker[k] >= 0 or masker[after] >= 0:
-            gap[k] = nearest_in_gap(
-                i, k, after, seen, unit, masker, position, radius, margin_part
-            )
+            gap[k] = nearest_in_gap(i, k, after, seen, unit, masker, position, radius, margin_part)
 
 
 @kernel
@@ -288,9 +286,7 @@ def find_walls(
             world,
             margin_part,
         )
-        nearest_in_gaps(
-            i, num_masked, seen, unit, masker, position, radius, margin_part, gap
-        )
+        nearest_in_gaps(i, num_masked, seen, unit, masker, position, radius, margin_part, gap)
         for k in range(num_beams):
             before = gap[k - 1] if k > 0 else gap[num_beams - 1]
             nearest[i, k] = min(before, gap[k])
