@@ -51,7 +51,7 @@ def find_resting(navigation: Navigation, actions: FloatArray) -> BoolArray:
 
 
 @kernel
-def _wake(
+def _wake(  # noqa: PLR0917  # a kernel takes arrays, not records
     first_world: int,
     last_world: int,
     known: SensedArrays,

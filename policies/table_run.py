@@ -19,8 +19,7 @@ SHORT_SCENARIO = "overtaking"
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Each process has a core to itself: threads of its own would take those of the others."""
 KEEP_MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(2**30), "MALLOC_TRIM_THRESHOLD_": str(2**32)}
-"""The same scans of 10 MB are made in every step: to give their memory back in between costs a tenth of the time (glibc;
-others do not look)."""
+"""Every step makes scans of 10 MB: to give their memory back in between costs a tenth of the time. For glibc alone."""
 WORKERS = dict.fromkeys(ONE_THREAD, "1") | KEEP_MEMORY
 
 

@@ -223,3 +223,13 @@ def test_one_world_is_scanned_alone() -> None:
     second = cast_beams(navigation.world, 16, 3.5, worlds=slice(1, 2))
     np.testing.assert_array_equal(second[1], every[1])
     assert np.isinf(second[[0, 2]]).all()
+
+
+def test_only_robots_that_scan_see_something() -> None:
+    navigation = Navigation(Corridor(), num_worlds=2)
+    navigation.reset(0)
+    every = cast_beams(navigation.world, 16, 3.5)
+    chosen = np.random.default_rng(0).random(navigation.world.present.shape) < 0.5
+    some = cast_beams(navigation.world, 16, 3.5, chosen=chosen)
+    np.testing.assert_array_equal(some[chosen], every[chosen])
+    assert (some[~chosen] == np.inf).all()
