@@ -65,8 +65,8 @@ def array_code(array: npt.NDArray[np.generic]) -> str:
     return repr(values)
 
 
-def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...]) -> FloatArray:
-    """Copy ``value`` into a float64 array of the given shape, all of it finite.
+def shaped_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...]) -> FloatArray:
+    """Copy ``value`` into a float64 array of the given shape, finite or not.
 
     Args:
         value: Anything that numpy turns into an array.
@@ -78,7 +78,6 @@ def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...])
 
     Raises:
         ShapeError: If the shape differs, or the value is not numeric.
-        NotFinite: If an entry is NaN or infinite; the message names the row.
     """
     numbers = value
     if type(value) is not np.ndarray or value.dtype != np.float64:
@@ -87,6 +86,17 @@ def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...])
     # What is right is found out first, and fast: single decisions are short.
     if array.shape != shape and not _matches(array.shape, shape):
         raise ShapeError(f"{field}: expected shape {shape_text(shape)}, got {array.shape}")
+    return array
+
+
+def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...]) -> FloatArray:
+    """Copy ``value`` into a float64 array of the given shape, all of it finite; see `shaped_array`.
+
+    Raises:
+        ShapeError: If the shape differs, or the value is not numeric.
+        NotFinite: If an entry is NaN or infinite; the message names the row.
+    """
+    array = shaped_array(value, field, shape)
     if not all_true(np.isfinite(array)):
         _raise_at(~np.isfinite(array), array, field, NotFinite, "a finite number")
     return array

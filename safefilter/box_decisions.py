@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -30,7 +31,6 @@ from safefilter.constraints.separation import Separation
 from safefilter.constraints.static_obstacles import StaticObstacles
 from safefilter.decision import Case, Decision, Fault
 from safefilter.decision_check import check_decision, refused, require_decision
-from safefilter.decision_record import Asked, decision_of, take_answer, write_rows
 from safefilter.errors import (
     BackendFailed,
     EmptyHardSet,
@@ -44,6 +44,7 @@ from safefilter.programs.convex_program import ConvexProgram
 from safefilter.programs.nearest_velocity import nearest_velocity
 from safefilter.residuals import ROUNDING
 from safefilter.stand_in import stand_in
+from safefilter.take_answer import take_answer, write_rows
 
 FOR_ROBOTS = (PriorityORCA, Separation, StaticObstacles)
 # Proofs in floats allow for rounding relative to the wish. From this many units of the box on that is more than their
@@ -121,8 +122,15 @@ class BoxDecisions:
         outcome.fault[posed.given.is_lost & (outcome.fault == Fault.NONE)] = Fault.ACTION_NOT_FINITE
         action = self._finish(posed, outcome)
         elapsed = perf_counter() - start
-        asked = Asked(posed.given.wanted, posed.entries, self._backend, built, elapsed - built)
-        return decision_of(outcome, action, asked)
+        return Decision.of_columns(
+            partial(getattr, outcome),
+            action=action,
+            wanted=posed.given.wanted,
+            index=posed.entries,
+            backend=self._backend,
+            build_time=built,
+            solve_time=elapsed - built,
+        )
 
     def biased(self, wanted: FloatArray) -> FloatArray:
         """Nothing is turned here."""

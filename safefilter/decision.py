@@ -5,13 +5,14 @@ Letters: B decisions, d dimensions. Velocities in the unit of the action, m/s fo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
 
 
 class Case(IntEnum):
@@ -42,7 +43,15 @@ class Fault(IntEnum):
     """The built-in solver did not finish: the robot stands still."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+class Columns(Protocol):
+    """Where the columns of a decision are cut from when somebody asks for them."""
+
+    def __call__(self, field: str) -> npt.NDArray[np.generic]:
+        """Cut out one."""
+
+
+# No slots: a column is cut out of the results and kept when it is first asked for.
+@dataclass(frozen=True, eq=False)
 class Decision:
     """Decisions for a batch of robots.
 
@@ -87,6 +96,59 @@ class Decision:
     build_time: float
     solve_time: float
 
+    @classmethod
+    def of_columns(
+        cls,
+        columns: Columns,
+        *,
+        action: npt.NDArray[np.floating],
+        wanted: FloatArray,
+        index: IntArray,
+        backend: str,
+        build_time: float,
+        solve_time: float,
+    ) -> Decision:
+        """Make a decision whose other columns are cut when they are asked for: that takes as long as deciding does.
+
+        Args:
+            columns: Gives a column by its name; one of labels with their two numbers side by side.
+            action: What executes, in the dtype of the policy's action.
+            wanted: See `Decision`, as the rest.
+            index: Of these robots; nobody may write to it from now on.
+            backend: Asked.
+            build_time: In s.
+            solve_time: In s.
+        """
+        made = object.__new__(cls)
+        vars(made).update(
+            action=action,
+            wanted=wanted,
+            index=frozen(index),
+            backend=backend,
+            build_time=build_time,
+            solve_time=solve_time,
+            _columns=columns,
+        )
+        return made
+
+    # Hidden from type checkers, which would take any name for an attribute.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> npt.NDArray[np.generic]:
+            """Cut a column that was not asked for so far.
+
+            Raises:
+                AttributeError: If there is none of this name.
+            """
+            own = vars(self)
+            if "_columns" not in own or name not in _FIELDS:
+                raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
+            column = own["_columns"](name)
+            if name in _LABELS:
+                column = column.reshape(len(column), -1, 2)
+            own[name] = column
+            return column
+
     def __len__(self) -> int:
         """Number of decisions B."""
         return len(self.case)
@@ -101,3 +163,7 @@ class Decision:
     def fault_names(self) -> tuple[str, ...]:
         """Name of each decision's fault, ``NONE`` where all went well."""
         return tuple(Fault(value).name for value in self.fault)
+
+
+_LABELS = frozenset(("active", "proof"))
+_FIELDS = frozenset(field.name for field in fields(Decision))

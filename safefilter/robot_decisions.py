@@ -23,9 +23,9 @@ from safefilter.batch.kernels import KERNELS
 from safefilter.batch.records import (
     Limits,
     Options,
-    Outcome,
     Problem,
     Results,
+    cut_column,
     outcome_of,
     plain,
 )
@@ -41,7 +41,6 @@ from safefilter.constraints.static_obstacles import NO_STATIC, StaticObstacles
 from safefilter.constraints.user_rows import user_rows
 from safefilter.decision import Case, Decision, Fault
 from safefilter.decision_check import check_decision, refused, require_decision
-from safefilter.decision_record import Asked, decision_of, take_answer
 from safefilter.errors import EmptyHardSet, InvalidInput, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import source_of
@@ -50,6 +49,7 @@ from safefilter.kinematics.holonomic import Holonomic
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.programs.nearest_velocity import nearest_velocity
 from safefilter.scene import PLANE, Scene
+from safefilter.take_answer import take_answer
 from safefilter.threads import over_ranges
 
 _name_columns = source_of(outcome_of)
@@ -78,6 +78,7 @@ class RobotDecisions:
         """
         self.kinematics = kinematics
         self._dimension = kinematics.dimension
+        self._expected = f"numbers of shape (B, {self._dimension})"
         self._kernels = KERNELS[self._dimension]
         self._backend = backend
         self._solvers = solvers
@@ -150,17 +151,24 @@ class RobotDecisions:
         results = Results.empty(len(problem.index), self._dimension)
         work = partial(self._kernels.decide_range, plain(problem), tuple(options), tuple(results))
         over_ranges(work, len(problem.index))
-        outcome = _name_columns(results)
         built = 0.0
         if self._solvers is not None:
             built = self._ask(self._solvers, problem, options, results)
+        columns = partial(cut_column, results)
         # As bytes: searching an array takes 4 us.
-        if Fault.EMPTY_HARD_SET in outcome.fault.tobytes():
-            self._fall_back(problem, options, results, outcome)
+        if Fault.EMPTY_HARD_SET in columns("fault").tobytes():
+            self._fall_back(problem, options, results)
         elapsed = perf_counter() - start
-        asked = Asked(problem.wanted, problem.index, self._backend, built, elapsed - built)
-        action = outcome.action.astype(np.float32) if options.is_single else outcome.action
-        return decision_of(outcome, action, asked)
+        executed = columns("action")
+        return Decision.of_columns(
+            columns,
+            action=executed.astype(np.float32) if options.is_single else executed,
+            wanted=problem.wanted,
+            index=problem.index,
+            backend=self._backend,
+            build_time=built,
+            solve_time=elapsed - built,
+        )
 
     def half_spaces(
         self, scene: Scene, action: npt.ArrayLike, index: Sequence[int] | IntArray | None
@@ -221,10 +229,6 @@ class RobotDecisions:
         turned = wanted.copy()
         turned[:, 0], turned[:, 1] = cosine * x + sine * y, cosine * y - sine * x
         return turned
-
-    @property
-    def _expected(self) -> str:
-        return f"numbers of shape (B, {self._dimension})"
 
     def _problem(
         self,
@@ -330,9 +334,8 @@ class RobotDecisions:
         self._kernels.finish_batch(problem, options, results, array, sections)
         return built
 
-    def _fall_back(
-        self, problem: Problem, options: Options, results: Results, outcome: Outcome
-    ) -> None:
+    def _fall_back(self, problem: Problem, options: Options, results: Results) -> None:
+        outcome = _name_columns(results)
         empty = np.flatnonzero(outcome.fault == Fault.EMPTY_HARD_SET)
         if self._fallback is None:
             names = ", ".join(constraint.name for constraint in self._own.values())

@@ -5,6 +5,7 @@ Letters: N robots, d dimensions: 2 for robots in the plane, 3 in space. SI units
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,12 +19,10 @@ from safefilter.arrays import (
     BoolArray,
     FloatArray,
     IntArray,
-    all_true,
     array_code,
-    finite_array,
     frozen,
     per_robot,
-    require_positive,
+    shaped_array,
 )
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.jit import formula
@@ -31,6 +30,7 @@ from safefilter.lidar import Lidar
 from safefilter.neighbours import UNLIMITED_LIMIT, find_neighbours, longest_list
 from safefilter.neighbours_in_space import find_neighbours_in_space
 from safefilter.outlines import OwnWalls, shared_walls
+from safefilter.usable_state import require_usable
 
 if TYPE_CHECKING:
     from hypothesis.vendor.pretty import RepresentationPrinter
@@ -40,17 +40,9 @@ PLANE, SPACE = 2, 3
 # Columns of `Scene.state` in the plane; see `columns_of`.
 X, Y, V_X, V_Y, WANTED_X, WANTED_Y, RADIUS, PRIORITY = range(8)
 
-# Priorities are only ever divided by sums of two: this keeps the sums finite and every share above zero.
-MAX_PRIORITY = 1e150
-MIN_PRIORITY = 1e-150
-# Squares of distances and speeds must stay finite.
-MAX_COORDINATE = 1e100
-# The same for the columns of `Scene.state`, by the number of dimensions.
-_LARGEST = {
-    size: np.array([MAX_COORDINATE] * (3 * size + 1) + [MAX_PRIORITY]) for size in (PLANE, SPACE)
-}
-_LEAST = np.array([np.finfo(np.float64).smallest_subnormal, MIN_PRIORITY])
-NO_WALLS = np.empty((0, 5))
+NO_WALLS = frozen(np.empty((0, 5)))
+# All robots are in the world of this number, if nothing else is said.
+_ONE_WORLD = 0
 # Scenes of more robots are not written out.
 MOST_WRITTEN = 64
 
@@ -109,7 +101,7 @@ class Scene:
         priority: npt.ArrayLike = 1.0,
         cooperative: npt.ArrayLike = True,
         wanted: npt.ArrayLike | None = None,
-        world: npt.ArrayLike = 0,
+        world: npt.ArrayLike = _ONE_WORLD,
         reach: float | None = None,
         walls: npt.ArrayLike | None = None,
         own_walls: OwnWalls | None = None,
@@ -155,15 +147,15 @@ class Scene:
             )
         state = np.empty((num_robots, 3 * size + 2))
         state[:, :size] = position
-        state[:, size : 2 * size] = finite_array(velocity, "velocity", (num_robots, size))
+        state[:, size : 2 * size] = shaped_array(velocity, "velocity", (num_robots, size))
         state[:, 2 * size : 3 * size] = (
             state[:, size : 2 * size]
             if wanted is None
-            else finite_array(wanted, "wanted", (num_robots, size))
+            else shaped_array(wanted, "wanted", (num_robots, size))
         )
         state[:, -2] = _one_or_each(radius, "radius", num_robots)
         state[:, -1] = _one_or_each(priority, "priority", num_robots)
-        _require_usable(state, size)
+        require_usable(state)
         numbers = _world_numbers(world, num_robots)
         limit = _reach(reach, num_robots)
         find = find_neighbours if size == PLANE else find_neighbours_in_space
@@ -171,10 +163,10 @@ class Scene:
         directions = None if heading is None else per_robot(heading, "heading", num_robots)
         has_none = walls is None and isinstance(polygons, tuple) and not polygons
         known = NO_WALLS if has_none else shared_walls(walls, polygons)
-        own = OwnWalls.none(num_robots)
+        own = _no_own_walls(num_robots)
         if own_walls is not None:
             own = require_kind(own_walls, "own_walls", OwnWalls)
-        own.require_robots(num_robots)
+            own.require_robots(num_robots)
         seen, wall_range, most_own = own.walls, own.ranges, own.most
         if lidar is not None:
             if directions is None:
@@ -280,8 +272,8 @@ def _positions(value: npt.ArrayLike) -> FloatArray:
     Raises:
         ShapeError: If that is neither the plane nor space.
     """
-    position = finite_array(value, "position", ("N", "2 or 3"))
-    if position.shape[1] not in _LARGEST:
+    position = shaped_array(value, "position", ("N", "2 or 3"))
+    if position.shape[1] not in {PLANE, SPACE}:
         raise ShapeError(f"position: expected shape (N, 2 or 3), got {position.shape}")
     return position
 
@@ -300,38 +292,25 @@ def _require_no(**is_given: bool) -> None:
             )
 
 
-def _require_usable(state: FloatArray, size: int) -> None:
-    """Look at everything at once; only where something is wrong find out what. Comparisons with NaN are false."""
-    if all_true(np.abs(state) <= _LARGEST[size]) and all_true(state[:, -2:] >= _LEAST):
-        return
-    for number, field in enumerate(("position", "velocity", "wanted")):
-        _bounded(state[:, number * size : (number + 1) * size], field)
-    radius = finite_array(state[:, -2], "radius", (len(state),))
-    _bounded(require_positive(radius, "radius"), "radius")
-    _require_priority(finite_array(state[:, -1], "priority", (len(state),)))
+# What most scenes have in common is made once for as many robots, and shared: nobody can write to it.
+@functools.lru_cache(maxsize=4)
+def _no_own_walls(num_robots: int) -> OwnWalls:
+    return OwnWalls.none(num_robots)
 
 
-def _bounded(array: FloatArray, field: str) -> FloatArray:
-    wrong = np.abs(array) > MAX_COORDINATE
-    if wrong.any():
-        place = int(np.argwhere(wrong)[0][0])
-        raise OutOfRange(
-            f"{field} of row {place}: expected magnitudes up to {MAX_COORDINATE:g}, got {array[place]}"
-        )
-    return array
+@functools.lru_cache(maxsize=4)
+def _all_cooperate(num_robots: int) -> BoolArray:
+    return frozen(np.ones(num_robots, dtype=np.bool_))
 
 
-def _require_priority(priority: FloatArray) -> None:
-    require_positive(priority, "priority")
-    wrong = (priority > MAX_PRIORITY) | (priority < MIN_PRIORITY)
-    if wrong.any():
-        place = int(np.argmax(wrong))
-        raise OutOfRange(
-            f"priority of row {place}: expected {MIN_PRIORITY:g} to {MAX_PRIORITY:g}, got {priority[place]}"
-        )
+@functools.lru_cache(maxsize=4)
+def _one_world(num_robots: int) -> IntArray:
+    return frozen(np.zeros(num_robots, dtype=np.int64))
 
 
 def _flags(value: npt.ArrayLike, num_robots: int) -> BoolArray:
+    if value is True:
+        return _all_cooperate(num_robots)
     flags = _as_array(value, "cooperative")
     if flags.dtype != np.bool_ or flags.shape not in {(), (num_robots,)}:
         raise ShapeError(
@@ -342,6 +321,8 @@ def _flags(value: npt.ArrayLike, num_robots: int) -> BoolArray:
 
 
 def _world_numbers(value: npt.ArrayLike, num_robots: int) -> IntArray:
+    if type(value) is int and value == _ONE_WORLD:
+        return _one_world(num_robots)
     numbers = _as_array(value, "world")
     if numbers.dtype.kind not in "iu" or numbers.shape not in {(), (num_robots,)}:
         raise ShapeError(

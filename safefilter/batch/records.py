@@ -5,6 +5,7 @@ Letters: B decisions, N robots, S sides of the speed polygon, d dimensions. m/s.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -206,3 +207,26 @@ def outcome_of(results: Results) -> Outcome:
         flags[:, 1],
         flags[:, 2],
     )
+
+
+# The same for one column at a time: a decision of one robot is made sooner than all of them are named.
+_CUTS: dict[str, Callable[[Results, int], npt.NDArray[Any]]] = {
+    "action": lambda of, d: of.numbers[:, :d],
+    "velocity": lambda of, d: of.numbers[:, d : 2 * d],
+    "correction": lambda of, d: of.numbers[:, 2 * d],
+    "violation": lambda of, d: of.numbers[:, 2 * d + 1],
+    "multipliers": lambda of, d: of.numbers[:, 2 * d + 2 : 3 * d + 2],
+    "proof_multipliers": lambda of, d: of.numbers[:, 3 * d + 2 :],
+    "active": lambda of, d: of.labels[:, : 2 * d],
+    "proof": lambda of, d: of.labels[:, 2 * d :],
+    "case": lambda of, _: of.codes[:, 0],
+    "fault": lambda of, _: of.codes[:, 1],
+    "certified": lambda of, _: of.flags[:, 0],
+    "optimal": lambda of, _: of.flags[:, 1],
+    "capped": lambda of, _: of.flags[:, 2],
+}
+
+
+def cut_column(results: Results, field: str) -> npt.NDArray[Any]:
+    """Cut out the column that `outcome_of` gives this name."""
+    return _CUTS[field](results, results.numbers.shape[1] // 4)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
+import pickle
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -80,3 +83,24 @@ def test_decisions_cannot_be_altered() -> None:
     made = decision()
     with pytest.raises(dataclasses.FrozenInstanceError):
         made.backend = "other"  # type: ignore[misc]  # that is the point
+
+
+def test_a_column_is_cut_once_and_kept() -> None:
+    made = decision()
+    assert made.certified is made.certified
+    assert made.active.shape == (3, 2, 2)
+    assert made.proof.shape == (3, 3, 2)
+    with pytest.raises(AttributeError, match="has no attribute 'certificate'"):
+        _ = made.certificate  # type: ignore[attr-defined]  # there is none
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda made: pickle.loads(pickle.dumps(made))])
+def test_a_copy_has_the_columns_that_nobody_asked_for_so_far(
+    again: Callable[[Decision], Decision],
+) -> None:
+    made = decision()
+    other = again(made)
+    for field in dataclasses.fields(Decision):
+        value, copied = getattr(made, field.name), getattr(other, field.name)
+        assert np.array_equal(value, copied)
+    assert repr(other) == repr(made)

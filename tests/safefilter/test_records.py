@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from safefilter.batch.records import Outcome, Results, outcome_of
+from safefilter.batch.records import Outcome, Results, cut_column, outcome_of
 from safefilter.decision import Decision
 from safefilter.jit import source_of
 
@@ -37,3 +38,12 @@ def test_flags_are_truth_values() -> None:
     outcome = source_of(outcome_of)(Results.empty(NUM_DECISIONS))
     for flag in (outcome.certified, outcome.optimal, outcome.capped):
         assert flag.dtype == np.bool_
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("field", Outcome._fields)
+def test_a_column_cut_out_alone_is_the_one_of_that_name(field: str, dimension: int) -> None:
+    results = Results.empty(NUM_DECISIONS, dimension)
+    column = cut_column(results, field)
+    named = getattr(source_of(outcome_of)(results), field)
+    assert column.__array_interface__ == named.__array_interface__

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from safefilter.constraints.responsibility import responsibility, room, share
 from safefilter.jit import source_of
-from safefilter.scene import MAX_PRIORITY, MIN_PRIORITY
+from safefilter.usable_state import MAX_PRIORITY, MIN_PRIORITY
 
 # Units in the last place that a rounded sum of two rounded shares may be off.
 ULP = 2.0**-52

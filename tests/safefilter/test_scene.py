@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safefilter.scene import MAX_COORDINATE, MAX_PRIORITY, MIN_PRIORITY, Scene
+from safefilter.scene import Scene
+from safefilter.usable_state import MAX_COORDINATE, MAX_PRIORITY, MIN_PRIORITY
 
 GIVEN: dict[str, Any] = {
     "position": [[0.0, 1.0], [2.0, 3.0], [9.0, 9.0]],

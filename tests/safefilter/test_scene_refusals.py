@@ -10,7 +10,8 @@ import pytest
 
 from safefilter.errors import InvalidInput, NotFinite, OutOfRange, ShapeError
 from safefilter.neighbours import UNLIMITED_LIMIT
-from safefilter.scene import MAX_COORDINATE, Scene
+from safefilter.scene import Scene
+from safefilter.usable_state import MAX_COORDINATE
 
 GIVEN: dict[str, Any] = {
     "position": [[0.0, 1.0], [2.0, 3.0], [9.0, 9.0]],

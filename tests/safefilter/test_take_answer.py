@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import safefilter as sf
 from safefilter.backend_answer import BackendAnswer
 from safefilter.batch.records import Outcome
 from safefilter.decision import Case, Fault
-from safefilter.decision_record import Asked, decision_of, take_answer, write_rows
+from safefilter.take_answer import take_answer, write_rows
 
 TOLERANCE = 1e-9
 
@@ -56,8 +57,15 @@ def empty_outcome() -> Outcome:
 def taken(answer: BackendAnswer) -> sf.Decision:
     outcome = empty_outcome()
     take_answer(outcome, 0, ROWS, answer, TOLERANCE)
-    asked = Asked(np.array([[0.0, 0.0]]), np.array([7]), "someone", 1.0, 2.0)
-    return decision_of(outcome, outcome.action.astype(np.float32), asked)
+    return sf.Decision.of_columns(
+        partial(getattr, outcome),
+        action=outcome.action,
+        wanted=np.zeros((1, 2)),
+        index=np.array([7]),
+        backend="someone",
+        build_time=1.0,
+        solve_time=2.0,
+    )
 
 
 def test_an_answer_is_reported_by_label() -> None:
@@ -70,14 +78,6 @@ def test_an_answer_is_reported_by_label() -> None:
     assert decision.proof.tolist() == [[[1, 5], [0, 3], [-1, -1]]]
     assert decision.proof_multipliers.tolist() == [[1.0, 0.5, 0.0]]
     assert decision.optimal.tolist() == [True]
-
-
-def test_the_record_says_who_was_asked_about_what() -> None:
-    decision = taken(ANSWER)
-    assert decision.backend == "someone"
-    assert decision.index.tolist() == [7]
-    assert (decision.build_time, decision.solve_time) == (1.0, 2.0)
-    assert decision.action.dtype == np.float32
 
 
 def test_a_fault_is_written_beside_what_was_there() -> None:

@@ -1,30 +1,17 @@
-"""Write what a backend answers into the columns of a batch, and make the `Decision` of them.
+"""Write what a backend answers into the columns of a batch.
 
 Letters: B decisions, M rows, d dimensions.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-import numpy.typing as npt
 
-from safefilter.arrays import FloatArray, IntArray, frozen
+from safefilter.arrays import FloatArray, IntArray
 from safefilter.backend_answer import BackendAnswer
 from safefilter.batch.records import Outcome
-from safefilter.decision import Decision, Fault
+from safefilter.decision import Fault
 from safefilter.half_spaces import HalfSpaces
-
-
-class Asked(NamedTuple):
-    """What was decided on, and how long that took; fields as in `Decision`, with ``entries`` for its ``index``."""
-
-    wanted: FloatArray
-    entries: IntArray
-    backend: str
-    build_time: float
-    solve_time: float
 
 
 def take_answer(
@@ -63,34 +50,3 @@ def write_rows(
         places[2 * place : 2 * place + 2] = labels[row]
         weights[place] = multipliers[row]
     return float(np.delete(multipliers, largest).sum())
-
-
-def decision_of(outcome: Outcome, action: npt.NDArray[np.floating], asked: Asked) -> Decision:
-    """Make the record of a batch.
-
-    Args:
-        outcome: Its columns; ``action`` in float64 is one of them.
-        action: What executes, in the dtype of the policy's action.
-        asked: What it was about.
-    """
-    batch = len(asked.entries)
-    return Decision(
-        action=action,
-        wanted=asked.wanted,
-        velocity=outcome.velocity,
-        case=outcome.case,
-        certified=outcome.certified,
-        optimal=outcome.optimal,
-        capped=outcome.capped,
-        correction=outcome.correction,
-        violation=outcome.violation,
-        active=outcome.active.reshape(batch, outcome.multipliers.shape[1], 2),
-        multipliers=outcome.multipliers,
-        proof=outcome.proof.reshape(batch, outcome.proof_multipliers.shape[1], 2),
-        proof_multipliers=outcome.proof_multipliers,
-        fault=outcome.fault,
-        index=frozen(asked.entries),
-        backend=asked.backend,
-        build_time=asked.build_time,
-        solve_time=asked.solve_time,
-    )
