@@ -5,18 +5,22 @@ Letters: W worlds, N robots a world, K beams. m, rad.
 
 from __future__ import annotations
 
+import functools
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from envs.lidar_kernel import Beams, paint_robots, paint_walls, read_range
 from envs.noise_kernel import noisy_range
 from envs.robot_grid_kernel import empty_robot_grid, sort_robots
+from envs.rules import Rules
 from envs.sensing import Sensing
 from envs.walls import WallArrays
 from envs.world import World, over_worlds
-from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
 from safefilter.jit import kernel
+from safefilter.lidar import Lidar
 
 PERFECT = Sensing()
 
@@ -75,6 +79,40 @@ def cast_beams(
 
     over_worlds(lambda begin, end: cast(first + begin, first + end), stop - first, world.num_robots)
     return ranges
+
+
+def scan_walls(
+    world: World,
+    rules: Rules,
+    sensing: Sensing = PERFECT,
+    worlds: slice = slice(None),
+    chosen: BoolArray | None = None,
+) -> Lidar:
+    """What a filter without a map knows walls from: `cast_beams`, with beams and ranges as the rules say.
+
+    Args:
+        world: State.
+        rules: ``num_beams``, ``lidar_range`` and ``wall_range``.
+        sensing: Noise and drop-out of beams.
+        worlds: Worlds to look at.
+        chosen: Robots that scan, shape (W, N); None: all.
+
+    Returns:
+        Scans of all robots of these worlds.
+    """
+    seen = rules.lidar_range if rules.wall_range is None else rules.wall_range
+    furthest = min(seen, rules.lidar_range)
+    ranges = cast_beams(
+        world, rules.num_beams, furthest, sensing=sensing, worlds=worlds, chosen=chosen
+    )
+    # Ranges that have just been cast need neither a check nor a copy.
+    blank = _blank_scan(rules.num_beams)
+    return replace(blank, ranges=frozen(ranges[worlds].reshape(-1, rules.num_beams)))
+
+
+@functools.cache
+def _blank_scan(num_beams: int) -> Lidar:
+    return Lidar.scan(np.full((1, num_beams), np.inf))
 
 
 @kernel

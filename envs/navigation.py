@@ -5,8 +5,7 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from envs.crowd import Crowd, Crowded
 from envs.crowd_kernel import Gait, walk_worlds
 from envs.dynamics import Movement
 from envs.fleet import Fleet
-from envs.lidar import cast_beams
+from envs.lidar import scan_walls
 from envs.observation import Observer
 from envs.observation_layout import ObservationLayout, Observations
 from envs.outcome import Outcome, empty_blocks
@@ -38,7 +37,6 @@ from safefilter.arrays import (
 )
 from safefilter.batch.records import plain
 from safefilter.errors import InvalidInput, OutOfRange
-from safefilter.lidar import Lidar
 from safefilter.outlines import OwnWalls
 from safefilter.scene import Scene
 
@@ -291,26 +289,10 @@ class Navigation:
             reach=self.rules.sensing_range,
             heading=known.heading[worlds].ravel(),
             own_walls=self._map(worlds) if has_map else None,
-            lidar=None if has_map else self._scan(worlds, scanning),
+            lidar=None
+            if has_map
+            else scan_walls(world, self.rules, self.observer.sensed.sensing, worlds, scanning),
         )
-
-    @cached_property
-    def _blank_scan(self) -> Lidar:
-        return Lidar.scan(np.full((1, self.rules.num_beams), np.inf))
-
-    def _scan(self, worlds: slice, scanning: BoolArray | None) -> Lidar:
-        world, rules = self.world, self.rules
-        seen = rules.lidar_range if rules.wall_range is None else rules.wall_range
-        ranges = cast_beams(
-            world,
-            rules.num_beams,
-            min(seen, rules.lidar_range),
-            sensing=self.observer.sensed.sensing,
-            worlds=worlds,
-            chosen=scanning,
-        )
-        # Ranges that have just been cast need neither a check nor a copy.
-        return replace(self._blank_scan, ranges=frozen(ranges[worlds].reshape(-1, rules.num_beams)))
 
     def _walk(self, crowd: Crowd, action: FloatArray) -> None:
         """Replace the actions of people by what they do."""
