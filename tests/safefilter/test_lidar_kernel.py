@@ -74,10 +74,10 @@ def seen_by_the_book(
     offset = position - position[0]
     masker = np.full(num_beams, -1)
     for j in range(1, len(position)):
+        c_x, c_y = offset[j]
         for k in range(num_beams):
-            if np.isfinite(ranges[k]) and is_masked(
-                *(ranges[k] * unit[k]), *offset[j], radius[j], MARGIN_PART
-            ):
+            x, y = ranges[k] * unit[k]
+            if np.isfinite(ranges[k]) and is_masked(x, y, c_x, c_y, radius[j], MARGIN_PART):
                 masker[k] = j
     gap = np.full(num_beams, np.inf)
     for k in range(num_beams):
@@ -88,13 +88,17 @@ def seen_by_the_book(
         maskers = masker[k], masker[after]
         if max(maskers) >= 0 and (maskers[0] == maskers[1] or far == np.inf):
             continue
-        is_held = any(
-            j >= 0 and is_gap_held(unit, k, after, MARGIN_PART * near, *offset[j], float(radius[j]))
-            for j in maskers
-        )
+        is_held = False
+        for j in maskers:
+            c_x, c_y = offset[j]
+            is_held |= j >= 0 and is_gap_held(
+                unit, k, after, MARGIN_PART * near, c_x, c_y, radius[j]
+            )
         if not is_held:
             gap[k] = near
-    return np.minimum(gap, np.roll(gap, 1))
+    before: FloatArray = np.roll(gap, 1)
+    nearest: FloatArray = np.minimum(gap, before)
+    return nearest
 
 
 def random_scan(rng: np.random.Generator, position: FloatArray, radius: FloatArray) -> FloatArray:
@@ -131,7 +135,7 @@ def test_walls_found_are_those_of_every_beam_and_gap_looked_at_in_full(
     find_walls(
         0, 1, ranges, angles, position, heading, radius, world, blocks, MARGIN_PART, nearest, count
     )
-    unit = np.array([turned(*direction, 1.0, 0.0) for direction in directions(angles)])
+    unit = np.array([turned(x, y, 1.0, 0.0) for x, y in directions(angles).tolist()])
     expected = seen_by_the_book(scan, unit, position, radius)
     assert count[0] == np.isfinite(expected).sum()
     if count[0] > 0:
