@@ -71,7 +71,7 @@ EXTRA_OF_FOLDER = {
     "envs": ["demo", "learn"],
     "policies": ["demo", "learn"],
     "proofs": ["demo", "dev"],
-    "assurance": ["dev", "testing"],
+    "assurance": ["demo", "dev", "fuzz", "learn", "testing"],
     "benchmarks": ["bench", "demo", "dev", "learn"],
     "examples": ["demo", "dev", "learn", "testing"],
     "tests": ["demo", "dev", "learn", "testing"],

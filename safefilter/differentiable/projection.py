@@ -19,6 +19,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from safefilter.arguments import require_kind
 from safefilter.arrays import positive_number
 from safefilter.differentiable.operators import project
 from safefilter.errors import InvalidInput, ShapeError
@@ -169,7 +170,11 @@ def as_tensors(rows: HalfSpaces, device: torch.device | str | None = None) -> di
 
     Returns:
         ``normals``, ``offsets``, ``hard`` and ``present``: ``projection(action, **as_tensors(rows))``.
+
+    Raises:
+        InvalidInput: If it is something else.
     """
+    require_kind(rows, "rows", HalfSpaces)
     fields = {
         "normals": rows.normals,
         "offsets": rows.offsets,
