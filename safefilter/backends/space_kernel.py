@@ -37,7 +37,7 @@ DEPENDENT_SINE = 1e-12
 # A share of a normal below this is rounding, and keeps no row from entering.
 SHARE_ROUNDING = 1e-12
 # A finite method on paper; rounding could make it cycle. Real scenes take under ten steps.
-MAX_STEPS = 300
+MAX_STEPS_PER_DIMENSION = 100
 REFINEMENTS = 2
 
 
@@ -164,15 +164,20 @@ def split_normal(rows: Rows, k: int, count: int, room: Room) -> float:
 
 
 @formula
-def factorise(rows: Rows, held: Held, count: int, room: Room) -> None:
-    """Make basis and factor of the rows held."""
-    for a in range(count):
-        rest = split_normal(rows, held.rows[a], a, room)
-        for b in range(a):
-            room.factor[b, a] = room.parts[b]
-        room.factor[a, a] = rest
-        for c in range(len(room.rest)):
-            room.basis[a, c] = room.rest[c] / rest
+def extend_basis(room: Room, count: int, rest: float) -> None:
+    """Take the normal that `split_normal` has just split by this many others into basis and factor."""
+    for b in range(count):
+        room.factor[b, count] = room.parts[b]
+    room.factor[count, count] = rest
+    for c in range(len(room.rest)):
+        room.basis[count, c] = room.rest[c] / rest
+
+
+@formula
+def factorise(rows: Rows, held: Held, first: int, count: int, room: Room) -> None:
+    """Make basis and factor of the rows held, from row ``first`` on: those of the rows before it stand."""
+    for a in range(first, count):
+        extend_basis(room, a, split_normal(rows, held.rows[a], a, room))
 
 
 @formula
@@ -203,12 +208,11 @@ def move_onto_rows(rows: Rows, relaxation: float, held: Held, count: int, room: 
 def hold(
     rows: Rows, relaxation: float, wanted: FloatArray, held: Held, count: int, room: Room
 ) -> None:
-    """Write the point of the rows held that is nearest to the wanted one, and their multipliers.
+    """Write the point of the rows held, with their basis, that is nearest to the wanted one, and their multipliers.
 
     From what the basis leaves of the wanted point, which is nothing for a corner, onto the rows: so it lies on them to
     the last places, however far off the wanted point is.
     """
-    factorise(rows, held, count, room)
     for c in range(len(wanted)):
         room.rest[c] = wanted[c]
     take_out(room, count)
@@ -254,6 +258,7 @@ def add_row(
             return True, count + 1
         if blocking < 0 or (not is_dependent and violation <= step * rest * rest):
             held.rows[count] = r
+            extend_basis(room, count, rest)
             return False, count + 1
         if not is_dependent:
             violation -= step * rest * rest
@@ -262,7 +267,7 @@ def add_row(
             held.weights[a] -= step * room.shares[a]
         for a in range(blocking, count):
             held.rows[a], held.weights[a] = held.rows[a + 1], held.weights[a + 1]
-        factorise(rows, held, count, room)
+        factorise(rows, held, blocking, count, room)
 
 
 @formula
@@ -294,7 +299,7 @@ def project(
     count, threshold = 0, VIOLATED_PART * tolerance
     for c in range(len(wanted)):
         room.point[c] = wanted[c]
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_STEPS_PER_DIMENSION * len(wanted)):
         r, violation = most_violated_of(rows, relaxation, room.point, hint, num_hints)
         if r < 0 or violation <= threshold + rounding_of(rows, r, room.point):
             r, violation = most_violated(rows, relaxation, room.point)

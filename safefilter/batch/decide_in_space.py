@@ -86,7 +86,8 @@ def decide_one_in_space(
         # To the right as seen from above: about the last axis, as aircraft do.
         target[0] = options.bias_cos * wanted[0] + options.bias_sin * wanted[1]
         target[1] = options.bias_cos * wanted[1] - options.bias_sin * wanted[0]
-        solve_in_space(problem, options, out, k, rows, sections, room.solver, target)
+        inner_radius = problem.limits.inner_radius * problem.limits.v_max[i]
+        solve_in_space(out, k, rows, room.solver, sections, inner_radius, limit, target, tolerance)
     finish_in_space(problem, options, out, k, rows.array, sections, room.action)
 
 

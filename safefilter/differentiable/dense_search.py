@@ -15,8 +15,8 @@ from safefilter.decision import Case
 from safefilter.differentiable.dense_least_violation import Relaxed, least_violation, relaxed
 from safefilter.differentiable.dense_steps import project
 from safefilter.differentiable.found import NO_ROW, Found, TensorRows
+from safefilter.differentiable.given_rows import PROOF_RADIUS
 from safefilter.differentiable.orthonormal import Orthonormal
-from safefilter.differentiable.planar_search import PROOF_RADIUS
 from safefilter.differentiable.products import combined, lengths, picked_rows, times
 
 
