@@ -49,10 +49,12 @@ class DecisionRoom(NamedTuple):
 
 
 @array_formula
-def make_decision_room(num_neighbours: int, dimension: int) -> DecisionRoom:
-    """Allocate room to decide in."""
+def make_decision_room(num_neighbours: int, dimension: int, capacity: int) -> DecisionRoom:
+    """Allocate room to decide in, on so many rows."""
     return DecisionRoom(
-        make_row_room(num_neighbours, dimension), make_solver_room(dimension), np.zeros(dimension)
+        make_row_room(num_neighbours, dimension),
+        make_solver_room(dimension, capacity),
+        np.zeros(dimension),
     )
 
 
@@ -134,7 +136,7 @@ def decide_range_in_space(
     size = problem.wanted.shape[1]
     buffers = row_buffers(1, problem.capacity, size)
     rows = RowLabels(buffers.array[0], buffers.label[0])
-    room = make_decision_room(problem.num_neighbours, size)
+    room = make_decision_room(problem.num_neighbours, size, problem.capacity)
     for k in range(first, last):
         decide_one_in_space(problem, options, out, k, rows, room)
 

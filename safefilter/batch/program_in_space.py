@@ -38,9 +38,9 @@ class SolverRoom(NamedTuple):
 
 
 @array_formula
-def make_solver_room(dimension: int) -> SolverRoom:
-    """Allocate room to solve in."""
-    return SolverRoom(make_held(dimension), make_held(dimension), make_room(dimension))
+def make_solver_room(dimension: int, capacity: int) -> SolverRoom:
+    """Allocate room to solve in, for so many rows."""
+    return SolverRoom(make_held(dimension), make_held(dimension), make_room(dimension, capacity))
 
 
 @formula
@@ -96,7 +96,7 @@ def solve_in_space(
         )
         out.fault[k] = EMPTY_HARD_SET if is_empty else STALLED_FAULT
     out.optimal[k] = is_proved and is_nearest(
-        system, relaxation, wanted, room.point, tolerance, held, count, room.rest
+        system, relaxation, wanted, room.point, tolerance, held, count, room
     )
     out.violation[k] = soft_violation_in_space(rows.array, sections, room.point)
     write_proofs(out, k, rows, solver, count, proof_count)

@@ -46,7 +46,10 @@ class AnsweredArrays(NamedTuple):
 
 
 class GradientArrays(NamedTuple):
-    """Gradients with respect to the question: the fields of `sensitivity.Gradients`."""
+    """Gradients with respect to the question: the fields of `sensitivity.Gradients`.
+
+    That of the normals has shape (B, M n): all of a decision is set to zero in one go.
+    """
 
     action: FloatArray
     normals: FloatArray
@@ -59,13 +62,13 @@ class Slots(NamedTuple):
     Attributes:
         array: Normals and offsets, shape (n + 1, n + 1): one row a column, as solvers take them.
         place: Which rows they are, shape (n + 1,).
-        length: Shape (n + 1,).
+        inverse: One over their lengths, shape (n + 1,).
         weight: Multipliers or weights, shape (n + 1,).
     """
 
     array: FloatArray
     place: IntArray
-    length: FloatArray
+    inverse: FloatArray
     weight: FloatArray
 
 
@@ -73,12 +76,13 @@ def compiled_gradients(
     given: AnsweredArrays, of_point: FloatArray, of_least: FloatArray
 ) -> GradientArrays:
     """Gradients with respect to the action, the normals and the offsets; arguments as of `sensitivity.gradients`."""
+    batch, num_rows, size = given.normals.shape
     out = GradientArrays(
-        np.empty_like(of_point), np.empty_like(given.normals), np.empty_like(given.offsets)
+        np.empty((batch, size)), np.empty((batch, num_rows * size)), np.empty((batch, num_rows))
     )
     work = partial(_differentiate_range, tuple(given), of_point, of_least, tuple(out))
-    over_ranges(work, len(of_point))
-    return out
+    over_ranges(work, batch)
+    return out._replace(normals=out.normals.reshape(given.normals.shape))
 
 
 @array_formula
@@ -105,11 +109,11 @@ def fill_slots(
         square = 0.0
         for c in range(size):
             square += given.normals[k, m, c] * given.normals[k, m, c]
-        length = math.sqrt(square)
+        inverse = 1.0 / math.sqrt(square)
         for c in range(size):
-            slots.array[c, count] = given.normals[k, m, c] / length
-        slots.array[size, count] = given.offsets[k, m] / length
-        slots.place[count], slots.length[count] = m, length
+            slots.array[c, count] = given.normals[k, m, c] * inverse
+        slots.array[size, count] = given.offsets[k, m] * inverse
+        slots.place[count], slots.inverse[count] = m, inverse
         slots.weight[count] = weights[k, s]
         count += 1
     return count
@@ -129,11 +133,12 @@ def add_gradient(
 
     Of rows of length one, handed on to the rows as they were given.
     """
-    m, length = slots.place[s], slots.length[s]
-    out.offsets[k, m] += of_offset / length
-    for c in range(len(vectors[0])):
+    m, inverse, size = slots.place[s], slots.inverse[s], len(vectors[0])
+    out.offsets[k, m] += of_offset * inverse
+    for c in range(size):
         of_normal = factors[0] * vectors[0][c] + factors[1] * vectors[1][c]
-        out.normals[k, m, c] += (of_normal + factors[2] * slots.array[c, s]) / length
+        of_normal += factors[2] * slots.array[c, s]
+        out.normals[k, m * size + c] += of_normal * inverse
 
 
 @formula
@@ -174,8 +179,8 @@ def clear_gradient(out: GradientArrays, k: int) -> None:
     """Set the gradient by the rows of decision k to zero."""
     for m in range(out.offsets.shape[1]):
         out.offsets[k, m] = 0.0
-        for c in range(out.normals.shape[2]):
-            out.normals[k, m, c] = 0.0
+    for place in range(out.normals.shape[1]):
+        out.normals[k, place] = 0.0
 
 
 @formula
@@ -205,7 +210,7 @@ def _differentiate_range(
     last: int,
 ) -> None:
     given, out, size = AnsweredArrays(*parts), GradientArrays(*out_parts), of_point.shape[1]
-    slots, room = make_slots(size), make_room(size)
+    slots, room = make_slots(size), make_room(size, 0)
     for k in range(first, last):
         point = given.point[k]
         clear_gradient(out, k)

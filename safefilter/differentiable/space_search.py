@@ -55,7 +55,7 @@ def _search_range(
     given, out, size = GivenRows(*given_parts), Searched(*parts), action.shape[1]
     buffers = row_buffers(1, given.offsets.shape[1], size)
     rows = RowLabels(buffers.array[0], buffers.label[0])
-    solver, own = make_solver_room(size), make_outcome(size)
+    solver, own = make_solver_room(size, rows.array.shape[1]), make_outcome(size)
     for k in range(first, last):
         wanted = action[k]
         num_rows, num_hard, unusable = take_rows(given, k, size, rows)
