@@ -159,16 +159,19 @@ def most_violated_of(
 def take_out(room: Room, count: int) -> None:
     """Split ``rest`` into ``parts`` along the basis and what is left, which stays in ``rest``.
 
-    Twice: what is left may be short, and then the first time leaves rounding along the basis in it.
+    Twice: what is left may be short, and then the first time leaves rounding along the basis in it. All parts are
+    taken before any is taken out: twice is enough then, too (Giraud et al. 2005), and no product waits for another.
+    Overwrites ``shares``.
     """
     for b in range(count):
         room.parts[b] = 0.0
     for _ in range(2):
         for b in range(count):
-            part = dot(room.basis[b], room.rest)
-            room.parts[b] += part
+            room.shares[b] = dot(room.basis[b], room.rest)
+            room.parts[b] += room.shares[b]
+        for b in range(count):
             for c in range(len(room.rest)):
-                room.rest[c] -= part * room.basis[b, c]
+                room.rest[c] -= room.shares[b] * room.basis[b, c]
 
 
 @formula
