@@ -1,5 +1,7 @@
 """Search in any number of dimensions, on any device, in torch alone: Case-1, Case-2 and Case-3 of a whole batch.
 
+It runs on CUDA; the CPU has compiled searches, and tests hold them to this one.
+
 Letters: B decisions, M rows, n variables.
 """
 

@@ -1,7 +1,9 @@
 """The derivative of `sensitivity` on the CPU, compiled: the same formulas, one decision after the other.
 
-In torch they are some forty small operators, each a pass over the batch, and take as long as the search. The torch
-version remains for CUDA, and as the oracle of this one: a property test holds both to each other.
+In torch they are some forty small operators, each a pass over the batch, and take as long as the search. They cannot be
+one code: kernels run on the CPU alone, and torch's operators are slow there. So `sensitivity` remains for CUDA and is
+the oracle of this file: a property test holds both to each other. How rows are taken apart is shared with the solver
+for space (`space_kernel`), on which the answer rests.
 
 Letters: B decisions, M rows, n variables.
 """
