@@ -94,7 +94,7 @@ def test_among_rows_that_repeat_and_oppose_it_answers_as_torch_does(seed: int, s
     compiled = space_search(question.action, question.rows, TOLERANCE)
     dense = dense_search(torch.from_numpy(question.action), question.tensors, TOLERANCE)
     assert compiled.case.tolist() == dense.case.tolist()
-    for k in np.flatnonzero(compiled.is_proved):
+    for k in map(int, np.flatnonzero(compiled.is_proved)):
         assert_proved(question, compiled, k)
         if dense.is_proved[k]:
             scale = 1.0 + np.abs(question.action[k]).sum()
@@ -170,12 +170,8 @@ def test_between_opposite_walls_it_stops_half_way() -> None:
 
 
 def test_an_action_that_is_not_finite_is_not_answered() -> None:
-    rows = GivenRows(
-        *(
-            np.zeros(shape, kind)
-            for shape, kind in (((2, 0, 3), float), ((2, 0), float), ((2, 0), bool), ((2, 0), bool))
-        )
-    )
+    mask = np.zeros((2, 0), bool)
+    rows = GivenRows(np.zeros((2, 0, 3)), np.zeros((2, 0)), mask, mask)
     found = space_search(np.array([[1.0, 2.0, 3.0], [0.0, np.inf, 0.0]]), rows, TOLERANCE)
     assert found.point[0].tolist() == [1.0, 2.0, 3.0]
     assert found.case[0] == Case.SAFE
