@@ -27,10 +27,10 @@ BUDGET = 5e-3
 ROUNDS = 4
 # --quick: without CVXPY, which takes a hundred times as long as some; as many problems of each set; few steps.
 SLOW = "cvxpy:"
-QUICK_PROBLEMS = 4
-QUICK_ROUNDS = 2
-QUICK_LOOP_STEPS = 40
-QUICK_SECONDS = 18.0
+QUICK_PROBLEMS = 3
+QUICK_ROUNDS = 1
+QUICK_LOOP_STEPS = 20
+QUICK_SECONDS = 20.0
 # Width of tables in characters where they go to a file or a pipe, which know none.
 FILE_WIDTH = 220
 
@@ -50,7 +50,7 @@ class Options:
     budget: float = BUDGET
     """Time that a decision may take, in s."""
     rounds: int | None = None
-    """Rounds in sequence (default: 4, 2 if quick); percentiles far out need many."""
+    """Rounds in sequence (default: 4, 1 if quick); percentiles far out need many."""
     time_limit: float = 5.0
     """Time after which a solver counts as hanging and its process is ended, in s."""
     quick: bool = False
@@ -164,4 +164,6 @@ def _plan(options: Options) -> Plan:
         loop_steps=steps,
         has_all_loops=not options.quick,
         seconds=QUICK_SECONDS if options.quick else math.inf,
+        num_warm_up=1 if options.quick else 2,
+        num_cold=1 if options.quick else None,
     )

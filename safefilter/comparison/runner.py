@@ -31,12 +31,11 @@ PACKAGES = (
 )  # fmt: skip
 # A contender that was late or dead so often is not asked any more: each time costs the time limit and a new process.
 MOST_STRIKES = 3
-WARM_UP_PROBLEMS = 2
 TRUTH_SECONDS = 20.0
 LOOP_SECONDS = 120.0
 LOOP_STEPS = 120
 # Part of the time of a run that decisions get; crossings get the rest.
-FOR_DECISIONS = 2.0 / 3.0
+FOR_DECISIONS = 0.75
 
 Key = tuple[Contender, Mode, str]
 Progress = Callable[[int, int, str], None]
@@ -50,7 +49,10 @@ class Plan(NamedTuple):
         time_limit: Seconds that a decision may take.
         loop_steps: Steps of each crossing at most; 0 for none.
         has_all_loops: Does every setting of a backend cross, trusted? The first one only otherwise.
-        seconds: When the run is cut short, in s; decisions get the first two thirds, crossings the rest.
+        seconds: When the run is cut short, in s from the end of warming up, which compiles in a fresh installation;
+            decisions get the first three quarters, crossings the rest.
+        num_warm_up: Problems of each set that solvers are warmed up on.
+        num_cold: Problems of each set that new solvers are asked; None for all.
     """
 
     rounds: int = 3
@@ -58,6 +60,8 @@ class Plan(NamedTuple):
     loop_steps: int = LOOP_STEPS
     has_all_loops: bool = True
     seconds: float = math.inf
+    num_warm_up: int = 2
+    num_cold: int | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,7 +128,7 @@ class _Run:
                 f"{[contender.title for contender in contenders]}"
             )
         self._machine = describe_machine(PACKAGES)
-        self._start = monotonic()
+        self._start, self._measured_from = monotonic(), math.inf
         self._sets, self._contenders, self._plan = list(sets), contenders, plan
         self._progress = progress
         self._strikes: dict[Contender, int] = defaultdict(int)
@@ -140,8 +144,10 @@ class _Run:
             left_out = 0
             for done, (task, is_counted) in enumerate(tasks):
                 self._progress(done, len(tasks), self._title(task))
+                if is_counted and math.isinf(self._measured_from):
+                    self._measured_from = monotonic()
                 if self._is_late(task):
-                    left_out += is_counted
+                    left_out += 1
                 elif isinstance(task, Decide):
                     self._decide(task, is_counted=is_counted)
                 else:
@@ -161,7 +167,7 @@ class _Run:
 
     def _is_late(self, task: Task) -> bool:
         share = FOR_DECISIONS if isinstance(task, Decide) else 1.0
-        return monotonic() - self._start > share * self._plan.seconds
+        return monotonic() - self._measured_from > share * self._plan.seconds
 
     def _find_truths(self) -> None:
         """Right answers that are not known yet; those that take too long stay unknown."""
@@ -192,12 +198,14 @@ class _Run:
         """Tasks, and whether they count; sets take turns, so that a run that is cut short has seen some of each."""
         tasks: list[tuple[Task, bool]] = [(task, False) for task in self._warm_up()]
         longest = max(len(problems) for problems in self._sets)
+        num_cold = self._plan.num_cold
         for turn in range(self._plan.rounds):
             for k in range(longest):
                 for number in range(len(self._sets)):
                     if k < len(self._sets[number]):
                         order = self._turned(k + turn)
-                        modes = (Mode.COLD, Mode.SEQUENCE) if turn == 0 else (Mode.SEQUENCE,)
+                        is_cold = turn == 0 and (num_cold is None or k < num_cold)
+                        modes = (Mode.COLD, Mode.SEQUENCE) if is_cold else (Mode.SEQUENCE,)
                         tasks += [(Decide(number, k, mode, order), True) for mode in modes]
         return tasks
 
@@ -206,7 +214,7 @@ class _Run:
         tasks = []
         for number, problems in enumerate(self._sets):
             modes = Mode if number == 0 else (Mode.SEQUENCE,)
-            size = min(WARM_UP_PROBLEMS, len(problems))
+            size = min(self._plan.num_warm_up, len(problems))
             tasks += [
                 Decide(number, k, mode, self._contenders) for mode in modes for k in range(size)
             ]

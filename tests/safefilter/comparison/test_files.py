@@ -21,8 +21,8 @@ def test_json_is_plain_and_complete(tmp_path: Path, summary: Summary) -> None:
     assert [problems["name"] for problems in found["sets"]] == ["plane", "space"]
     assert found["sets"][1]["dimensions"] == [3]
     assert len(found["measures"]) == len(summary.lines)
-    assert found["advice"][0]["backend"] == "good"
-    assert found["advice"][2]["backend"] is None
+    assert found["advice"][1]["backend"] == "good"
+    assert found["advice"][3]["backend"] is None
     assert {row["setting"] for row in found["crossings"]} == {"filter", "default"}
     assert found["crossings"][1]["time_to_goal"] is None
 

@@ -35,7 +35,7 @@ def test_the_answer_comes_first(summary: Summary) -> None:
     first = text[: text.index("<svg")]
     assert "good @ tolerance: 2000 us a decision." in first
     assert "None decides 99 % of the problems itself." in first
-    assert len(re.findall(r'class="answer(?: none)?"', first)) == 4
+    assert len(re.findall(r'class="answer(?: none)?"', first)) == 5
     assert first.count("<table>") == 2
 
 
