@@ -63,7 +63,7 @@ class Room(NamedTuple):
         parts: Coefficients along the basis, shape (d,).
         shares: Coefficients along the normals held, shape (d,).
         rest: What the basis leaves of a vector, shape (d,).
-        distances: How far outside of each row a point is, shape (capacity,).
+        distances: How far along each normal a point is, shape (capacity,).
     """
 
     point: FloatArray
@@ -118,7 +118,7 @@ def most_violated(
 ) -> tuple[int, float]:
     """Row violated most, and by how much; soft rows are relaxed first.
 
-    One axis after the other and all rows at once, in ``room.distances``: processors do several rows in one step.
+    One axis after the other and all rows at once, in ``room.distances``: processors take several rows in one step.
     """
     worst, violation, size = -1, -math.inf, len(point)
     inside = dot(point, point) <= rows.inner_radius * rows.inner_radius
