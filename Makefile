@@ -15,7 +15,7 @@ PIP_INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check --no
 PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo table test check coverage bench mutants fuzz clean
+.PHONY: help demo table test check coverage bench mutants fuzz stress clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -54,6 +54,10 @@ SECONDS ?= 600
 fuzz: $(VENV)/fuzz-installed ## Damaged files and malformed arguments, for SECONDS (default: 600) and as many again
 	$(BIN)/python -m assurance.fuzz --seconds $(SECONDS)
 	HYPOTHESIS_PROFILE=fuzz $(PYTEST) tests/integration/test_damaged_files.py tests/integration/test_malformed_input.py
+
+# Half an hour of two idle cores; killed at any moment, it goes on where it was.
+stress: $(VENV)/dev-installed ## 10^8 robot-steps of every kind without a collision, into out/stress/
+	$(BIN)/python -m assurance.stress
 
 clean: ## Remove everything that these targets made, .venv too
 	rm -rf $(VENV) out build dist .coverage .coverage.* .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

@@ -1,1 +1,1 @@
-"""Does our testing notice what is wrong? Planted bugs that shipped checks must catch, and mutants of the formulas."""
+"""Does our testing notice what is wrong? Planted bugs, mutants of the formulas, and a campaign over everything."""

@@ -13,7 +13,7 @@ import importlib.util
 from collections.abc import Iterator
 from pathlib import Path
 
-PACKAGES = ("safefilter", "envs", "policies")
+PACKAGES = ("safefilter", "envs", "policies", "assurance")
 
 
 @functools.cache

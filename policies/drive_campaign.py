@@ -8,9 +8,9 @@ Letters: W worlds, N robots a world, B decisions. SI units.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,12 @@ from policies.drive_trials import DriveTrial, drive_trials
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.decision import Case, Decision
 from safefilter.jit import kernel
+from safefilter.kinematics.differential_drive import DifferentialDrive
 from safefilter.kinematics.drive import Drive
 from safefilter.kinematics.drive_last_word import tracking_command
+
+# Below this, in m/s, a speed is zero: keeps a quotient finite.
+TINY_SPEED = 1e-300
 
 Way = Literal["filter on", "cap off", "separation off", "filter off"]
 WAYS: dict[Way, str] = {
@@ -31,6 +35,22 @@ WAYS: dict[Way, str] = {
     "separation off": "Priority-ORCA alone, with walls over a horizon in half of the trials",
     "filter off": "what the policies ask for",
 }
+
+
+class DriveStep(NamedTuple):
+    """One step of all worlds of a trial.
+
+    Attributes:
+        number: From 0 on.
+        robot_steps: Steps of robots that cooperate.
+        outcome: What the judge saw.
+        decision: What the filter decided; None without one, or where nobody is left to decide for.
+    """
+
+    number: int
+    robot_steps: int
+    outcome: Outcome
+    decision: Decision | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,10 +76,11 @@ class DriveTally:
     uncertified: int = 0
 
     @classmethod
-    def of(cls, robot_steps: int, outcome: Outcome, decision: Decision | None) -> DriveTally:
+    def of(cls, step: DriveStep) -> DriveTally:
         """Count one step of all worlds."""
+        outcome, decision = step.outcome, step.decision
         tally = cls(
-            robot_steps=robot_steps,
+            robot_steps=step.robot_steps,
             robot_contacts=int(outcome.num_contacts.sum()),
             wall_contacts=int(outcome.hit_wall.sum()),
             clearance=float(outcome.clearance.min()),
@@ -116,6 +137,19 @@ def drive_campaign(
 
 def run_drive_trial(trial: DriveTrial, way: Way) -> DriveTally:
     """Drive one trial from its starts to its last step."""
+    return sum(map(DriveTally.of, drive_steps(trial, way)), DriveTally())
+
+
+def drive_steps(trial: DriveTrial, way: Way = "filter on") -> Iterator[DriveStep]:
+    """Drive one trial from its starts on.
+
+    Args:
+        trial: Worlds, robots, policy, filter.
+        way: One of `WAYS`; without the cap only differential drives can be driven.
+
+    Yields:
+        Each step after it was made.
+    """
     navigation = Navigation(trial.scenario, trial.fleet, trial.rules, num_worlds=trial.num_worlds)
     navigation.reset(trial.seed)
     rng = np.random.default_rng([trial.seed, trial.num_worlds])
@@ -123,8 +157,8 @@ def run_drive_trial(trial: DriveTrial, way: Way) -> DriveTally:
     if way != "filter off":
         safety_filter = trial.safety_filter(has_separation=way != "separation off")
     dtype = np.float32 if trial.is_single else np.float64
-    total, cooperative = DriveTally(), navigation.world.cooperative
-    for _ in range(trial.num_steps):
+    cooperative = navigation.world.cooperative
+    for number in range(trial.num_steps):
         actions = trial.policy.act(navigation.world, rng).astype(dtype).astype(np.float64)
         robots = np.nonzero(cooperative)
         decision = None
@@ -133,7 +167,7 @@ def run_drive_trial(trial: DriveTrial, way: Way) -> DriveTally:
             wanted = actions[robots].astype(dtype)
             decision = safety_filter.decide(scene, wanted, index)
             actions[robots] = decision.action
-            if way == "cap off":
+            if way == "cap off" and isinstance(trial.kinematics, DifferentialDrive):
                 drive = trial.kinematics.drive(scene, wanted.astype(np.float64))
                 v_max = navigation.world.v_max.ravel()
                 actions[robots] = uncut_commands(
@@ -141,8 +175,7 @@ def run_drive_trial(trial: DriveTrial, way: Way) -> DriveTally:
                 )
         limit_passive(navigation, actions, trial.passive_speed)
         outcome = navigation.step(actions)
-        total += DriveTally.of(len(robots[0]), outcome, decision)
-    return total
+        yield DriveStep(number, len(robots[0]), outcome, decision)
 
 
 @kernel
@@ -167,7 +200,7 @@ def limit_passive(navigation: Navigation, actions: FloatArray, passive_speed: fl
 
     Args:
         navigation: Worlds.
-        actions: Commands (v, w), shape (W, N, 2).
+        actions: Commands (v, w), or velocities of holonomic robots, shape (W, N, 2).
         passive_speed: Stated bound on their speed, in m/s.
     """
     world, dt = navigation.world, navigation.rules.dt
@@ -182,4 +215,8 @@ def limit_passive(navigation: Navigation, actions: FloatArray, passive_speed: fl
     )
     free = np.minimum(np.minimum(near.clearance, 0.5 * own.clearance), own.wall_clearance)
     limit = np.minimum(passive_speed, np.maximum(0.0, free) / dt)
-    actions[passive, 0] = np.minimum(actions[passive, 0], limit[passive])
+    if world.is_differential:
+        actions[passive, 0] = np.minimum(actions[passive, 0], limit[passive])
+        return
+    speed = np.hypot(actions[passive, 0], actions[passive, 1])
+    actions[passive] *= np.minimum(1.0, limit[passive] / np.maximum(speed, TINY_SPEED))[:, None]

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import cycle, product
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from envs import Corridor, Doorway, Fleet, Rules, UShape
+from envs.dynamics import Kinematics
 from envs.scenarios import Packed, Scenario
 from envs.scenarios.packed import Layout
 from policies.bang_bang import BangBang
@@ -23,6 +24,7 @@ from policies.uniform_random import UniformRandom
 from safefilter import (
     Constraint,
     DifferentialDrive,
+    Holonomic,
     Lidar,
     PriorityORCA,
     SafetyFilter,
@@ -43,7 +45,6 @@ BEAMS = (0, 360)
 SINGLE = (False, True)
 V_OPTS: tuple[VOpt, ...] = ("current", "shared", "own")
 LEGS: tuple[Leg, ...] = ("nearest", "norm")
-COMBINATIONS = tuple(product(LAYOUTS, POLICIES, MAPPINGS, BEAMS, SINGLE))
 
 MIN_ROBOTS, MAX_ROBOTS = 2, 50
 RADII = (0.05, 0.3)  # m
@@ -72,7 +73,7 @@ class DriveTrial:
         fleet: The robots.
         rules: Step and lidar.
         policy: Drives all robots.
-        kinematics: What the filter knows of the drives.
+        kinematics: What the filter knows of how robots move.
         orca: Soft rows.
         wall_horizon: Of `StaticObstacles`, in s; 0: without.
         passive_speed: Stated bound on the speed of robots that do not cooperate, in m/s.
@@ -87,7 +88,7 @@ class DriveTrial:
     fleet: Fleet
     rules: Rules
     policy: Policy
-    kinematics: DifferentialDrive
+    kinematics: DifferentialDrive | Holonomic
     orca: PriorityORCA
     wall_horizon: float
     passive_speed: float
@@ -106,6 +107,43 @@ class DriveTrial:
         return SafetyFilter(constraints, self.kinematics)
 
 
+class Combination(NamedTuple):
+    """What is gone through in turn; see `COMBINATIONS`.
+
+    Attributes:
+        layout: What kind of walls.
+        policy: Drives all robots.
+        mapping: Of the drives; holonomic robots have none, and one speed for all with "polygon" as well.
+        num_beams: Of lidars; 0: robots have the map.
+        is_single: Are actions float32?
+    """
+
+    layout: LayoutName
+    policy: Policy
+    mapping: Mapping
+    num_beams: int
+    is_single: bool
+
+
+class Size(NamedTuple):
+    """How much is driven in a trial.
+
+    Attributes:
+        num_robots: Robots in all worlds together, as far as whole worlds allow.
+        num_steps: Number of steps.
+        most_robots: In one world, at most.
+    """
+
+    num_robots: int
+    num_steps: int
+    most_robots: int = MAX_ROBOTS
+
+
+COMBINATIONS = tuple(
+    Combination(*choice) for choice in product(LAYOUTS, POLICIES, MAPPINGS, BEAMS, SINGLE)
+)
+
+
 def drive_trials(seed: int, robot_steps: int) -> Iterator[DriveTrial]:
     """Draw trials without end, of a size such that ``robot_steps`` see every combination."""
     rng = np.random.default_rng(seed)
@@ -114,29 +152,55 @@ def drive_trials(seed: int, robot_steps: int) -> Iterator[DriveTrial]:
     wished = max(robot_steps // (2 * len(COMBINATIONS) * num_steps), LEAST_ROBOTS)
     order = cycle(rng.permutation(len(COMBINATIONS)).tolist())
     for number, chosen in enumerate(order):
-        layout, policy, mapping, num_beams, is_single = COMBINATIONS[chosen]
-        dt = float(rng.choice([0.1, 0.2]))
-        fleet = _random_fleet(rng, dt, is_uniform=mapping == "polygon")
-        num_worlds = max(1, wished // fleet.num_robots)
-        yield DriveTrial(
-            name=f"{layout}, {policy.name}, {mapping}, {num_beams} beams, {'32' if is_single else '64'} bits",
-            scenario=Packed(
-                layout_of(layout, fleet, dt, rng), fleet.radius, float(rng.choice(GAPS))
-            ),
-            fleet=fleet,
-            rules=Rules(dt=dt, num_beams=num_beams),
-            policy=policy,
-            kinematics=_random_drive(rng, fleet, num_worlds, dt, mapping),
-            orca=PriorityORCA(
-                2.0, V_OPTS[rng.integers(len(V_OPTS))], leg=LEGS[rng.integers(len(LEGS))]
-            ),
-            wall_horizon=float(rng.choice([0.0, 1.0])),
-            passive_speed=float(rng.choice([0.0, fleet.v_max.max()])),
-            is_single=is_single,
-            num_worlds=num_worlds,
-            num_steps=num_steps,
-            seed=seed + number,
-        )
+        yield drive_trial(rng, COMBINATIONS[chosen], Size(wished, num_steps), seed + number)
+
+
+def drive_trial(
+    rng: np.random.Generator,
+    combination: Combination,
+    size: Size,
+    seed: int,
+    *,
+    kinematics: Kinematics = "differential",
+) -> DriveTrial:
+    """Draw one trial.
+
+    Args:
+        rng: Source of chance: of the robots, the walls, and the filter.
+        combination: What is given.
+        size: How much is driven.
+        seed: Seed of starts and policy.
+        kinematics: How robots move.
+    """
+    dt = float(rng.choice([0.1, 0.2]))
+    fleet = _random_fleet(rng, dt, combination, size.most_robots, kinematics)
+    num_worlds = max(1, size.num_robots // fleet.num_robots)
+    return DriveTrial(
+        name=name_of(combination, kinematics),
+        scenario=Packed(
+            layout_of(combination.layout, fleet, dt, rng), fleet.radius, float(rng.choice(GAPS))
+        ),
+        fleet=fleet,
+        rules=Rules(dt=dt, num_beams=combination.num_beams),
+        policy=combination.policy,
+        kinematics=_random_drive(rng, fleet, num_worlds, dt, combination.mapping),
+        orca=PriorityORCA(
+            2.0, V_OPTS[rng.integers(len(V_OPTS))], leg=LEGS[rng.integers(len(LEGS))]
+        ),
+        wall_horizon=float(rng.choice([0.0, 1.0])),
+        passive_speed=float(rng.choice([0.0, fleet.v_max.max()])),
+        is_single=combination.is_single,
+        num_worlds=num_worlds,
+        num_steps=size.num_steps,
+        seed=seed,
+    )
+
+
+def name_of(combination: Combination, kinematics: Kinematics) -> str:
+    """What a trial is called."""
+    bits = "32" if combination.is_single else "64"
+    moves = combination.mapping if kinematics == "differential" else kinematics
+    return f"{combination.layout}, {combination.policy.name}, {moves}, {combination.num_beams} beams, {bits} bits"
 
 
 def layout_of(layout: LayoutName, fleet: Fleet, dt: float, rng: np.random.Generator) -> Layout:
@@ -172,8 +236,15 @@ def least_thickness(fleet: Fleet, dt: float) -> float:
     return scan.least_thickness(float(fleet.radius.max() + fleet.v_max.max() * dt))
 
 
-def _random_fleet(rng: np.random.Generator, dt: float, *, is_uniform: bool) -> Fleet:
-    num_robots = int(_log_uniform(rng, (MIN_ROBOTS, MAX_ROBOTS + 1), 1)[0])
+def _random_fleet(
+    rng: np.random.Generator,
+    dt: float,
+    combination: Combination,
+    most_robots: int,
+    kinematics: Kinematics,
+) -> Fleet:
+    is_uniform = combination.mapping == "polygon"
+    num_robots = int(_log_uniform(rng, (MIN_ROBOTS, most_robots + 1), 1)[0])
     fastest = float(_log_uniform(rng, SPEEDS, 1)[0])
     priority = 10.0 ** rng.uniform(-PRIORITY_DECADES, PRIORITY_DECADES, num_robots)
     priority[[0, -1]] = 10.0**PRIORITY_DECADES, 10.0**-PRIORITY_DECADES
@@ -187,13 +258,15 @@ def _random_fleet(rng: np.random.Generator, dt: float, *, is_uniform: bool) -> F
         priority=priority,
         cooperative=cooperative,
         omega_max=float(rng.choice([1.0, 2.5, SHARPEST_TURN / dt])),
-        kinematics="differential",
+        kinematics=kinematics,
     )
 
 
 def _random_drive(
     rng: np.random.Generator, fleet: Fleet, num_worlds: int, dt: float, mapping: Mapping
-) -> DifferentialDrive:
+) -> DifferentialDrive | Holonomic:
+    if fleet.kinematics == "holonomic":
+        return Holonomic(np.tile(fleet.v_max, num_worlds))
     is_uniform = mapping == "polygon"
     return DifferentialDrive(
         float(fleet.v_max[0]) if is_uniform else np.tile(fleet.v_max, num_worlds),

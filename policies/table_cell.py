@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 from envs.fleet import Fleet
 from envs.robot_results import RobotResults
+from envs.scenarios import recommended_rules
 from policies.atomic_file import write_atomically
 from policies.code_digest import code_digest
 from policies.evaluation import run_episodes
@@ -90,10 +91,15 @@ class Cell:
 
     @property
     def work(self) -> float:
-        """Rough amount of work, in decisions that know the map: longer cells are begun first."""
-        robots = find_scenario(self.scenario).num_robots
-        is_scanned = self.method.filtering.kind == "ours" and self.method.filtering.walls == "lidar"
-        return self.episodes * robots * (3.0 if is_scanned else 1.0)
+        """Rough amount of work, in seconds of robots that know the map: longer cells are begun first."""
+        scenario = find_scenario(self.scenario)
+        time = recommended_rules(scenario).time_limit
+        return (
+            self.episodes
+            * scenario.num_robots
+            * time
+            * (2.0 if self.method.filtering.is_scanned else 1.0)
+        )
 
     def digest(self) -> str:
         """Digest of everything that decides what comes of it, in hexadecimal.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 
@@ -16,8 +17,15 @@ from safefilter.constraints.separation import Separation
 from safefilter.kinematics.holonomic import Holonomic
 from safefilter.safety_filter import TOLERANCE, SafetyFilter
 from safefilter.scene import Scene
-from safefilter.testing.crowds import random_crowd
-from safefilter.testing.policies import GoalSeeking, Mixed, Policy, Ramming, UniformRandom
+from safefilter.testing.crowds import Crowd, random_crowd
+from safefilter.testing.policies import (
+    GoalSeeking,
+    Mixed,
+    NotFinite,
+    Policy,
+    Ramming,
+    UniformRandom,
+)
 from safefilter.testing.rollout import Trial, roll_out
 from safefilter.testing.tally import NOTHING, Tally
 
@@ -57,9 +65,19 @@ class Setting:
     right_bias: float
 
     def safety_filter(
-        self, backend: str = "planar", *, has_separation: bool = True
+        self,
+        backend: str = "planar",
+        *,
+        has_separation: bool = True,
+        deadline: float | None = None,
     ) -> SafetyFilter:
-        """Make the filter; without separation Priority-ORCA is alone."""
+        """Make the filter; without separation Priority-ORCA is alone.
+
+        Args:
+            backend: Who solves.
+            has_separation: With `Separation`?
+            deadline: Of `SafetyFilter`, in s.
+        """
         constraints: list[Constraint] = [
             PriorityORCA(TIME_HORIZON, self.v_opt, self.slack_rule, self.leg)
         ]
@@ -67,8 +85,9 @@ class Setting:
             constraints.append(Separation(DT, passive_speed=self.trial.passive_speed))
         return SafetyFilter(
             constraints,
-            Holonomic(self.trial.v_max),
+            Holonomic(self.trial.v_max, dimension=self.trial.scene.dimension),
             backend=backend,
+            deadline=deadline,
             tolerance=SLOW_BACKENDS.get(backend, TOLERANCE),
             right_bias=self.right_bias,
         )
@@ -105,36 +124,56 @@ def settings(seed: int, robot_steps: int) -> Iterator[Setting]:
     # Worlds come whole, so trials turn out larger than asked for: half the size leaves room for that.
     wished = robot_steps // (2 * COMBINATIONS * num_steps)
     num_robots = min(max(wished, LEAST_ROBOTS), MOST_ROBOTS)
-    number = 0
-    while True:
-        scene, v_max = random_crowd(rng, num_robots)
-        trial = Trial(
-            scene,
-            policy_of(POLICIES[number % len(POLICIES)], scene),
-            v_max,
-            dt=DT,
-            num_steps=num_steps,
-            seed=seed + number,
-            is_single=bool(number // len(POLICIES) % 2),
-            passive_speed=float(rng.choice([0.0, PASSIVE_SPEED])),
-        )
-        yield Setting(
-            trial,
-            V_OPTS[number % len(V_OPTS)],
-            slack_rule="dual" if rng.integers(2) else "paper",
-            leg="nearest" if rng.integers(2) else "norm",
-            right_bias=float(rng.choice([0.0, 0.05])),
-        )
-        number += 1
+    for number in count():
+        yield setting_of(rng, number, random_crowd(rng, num_robots), num_steps, seed + number)
+
+
+def setting_of(
+    rng: np.random.Generator,
+    number: int,
+    crowd: Crowd,
+    num_steps: int,
+    seed: int,
+    *,
+    policies: tuple[str, ...] = POLICIES,
+) -> Setting:
+    """Draw one setting.
+
+    Args:
+        rng: Source of chance.
+        number: `COMBINATIONS` of them in a row hold every combination of four policies.
+        crowd: The robots.
+        num_steps: Number of steps.
+        seed: Seed of the policy.
+        policies: Names that `policy_of` knows, gone through in turn.
+    """
+    trial = Trial(
+        crowd.scene,
+        policy_of(policies[number % len(policies)], crowd.scene),
+        crowd.v_max,
+        dt=DT,
+        num_steps=num_steps,
+        seed=seed,
+        is_single=bool(number // len(policies) % 2),
+        passive_speed=float(rng.choice([0.0, PASSIVE_SPEED])),
+    )
+    return Setting(
+        trial,
+        V_OPTS[number % len(V_OPTS)],
+        slack_rule="dual" if rng.integers(2) else "paper",
+        leg="nearest" if rng.integers(2) else "norm",
+        right_bias=float(rng.choice([0.0, 0.05])),
+    )
 
 
 def policy_of(name: str, scene: Scene) -> Policy:
-    """Make the policy of a name in `POLICIES`."""
+    """Make the policy of a name in `POLICIES`, or "senseless": mixed, and not finite now and then."""
     across = GoalSeeking.across(scene, DT)
     policies: dict[str, Policy] = {
         "random": UniformRandom(),
         "ramming": Ramming(),
         "goal-seeking": across,
         "mixed": Mixed((UniformRandom(), Ramming(), across)),
+        "senseless": NotFinite(Mixed((UniformRandom(), Ramming(), across))),
     }
     return policies[name]

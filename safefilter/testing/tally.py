@@ -6,11 +6,11 @@ Letters: N robots, P pairs. m.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from safefilter.decision import Case, Fault
+from safefilter.decision import Case, Decision, Fault
 from safefilter.testing.rollout import Step
 
 
@@ -27,6 +27,8 @@ class Tally:
         cases: Decisions in Case-1, Case-2 and Case-3.
         faults: Decisions by `Fault`.
         uncertified: Executed actions that were not certified.
+        wall_collisions: Those of ``collisions`` that were with a wall.
+        capped: Decisions whose movement the last word cut.
     """
 
     robot_steps: int
@@ -35,25 +37,33 @@ class Tally:
     cases: tuple[int, ...]
     faults: tuple[int, ...]
     uncertified: int
+    wall_collisions: int = 0
+    capped: int = 0
 
     @classmethod
     def of(cls, step: Step) -> Tally:
         """Count one step."""
         approaches = step.approach, step.wall_approach
-        cases, faults, uncertified = NOTHING.cases, NOTHING.faults, 0
-        if step.decision is not None:
-            cases = _counts(step.decision.case - 1, len(Case))
-            faults = _counts(step.decision.fault, len(Fault))
-            uncertified = int((~step.decision.certified).sum())
-        return cls(
+        collisions = [int(approach.collided.sum()) for approach in approaches]
+        least = min(float(approach.least.min(initial=math.inf)) for approach in approaches)
+        moved = replace(
+            NOTHING,
             robot_steps=int(step.scene.cooperative.sum()),
-            collisions=sum(int(approach.collided.sum()) for approach in approaches),
-            min_clearance=min(
-                float(approach.least.min(initial=math.inf)) for approach in approaches
-            ),
-            cases=cases,
-            faults=faults,
-            uncertified=uncertified,
+            collisions=sum(collisions),
+            min_clearance=least,
+            wall_collisions=collisions[1],
+        )
+        return moved if step.decision is None else moved + cls.decided(step.decision)
+
+    @classmethod
+    def decided(cls, decision: Decision) -> Tally:
+        """Count decisions alone; whoever makes the steps counts those."""
+        return replace(
+            NOTHING,
+            cases=_counts(decision.case - 1, len(Case)),
+            faults=_counts(decision.fault, len(Fault)),
+            uncertified=int((~decision.certified).sum()),
+            capped=int(decision.capped.sum()),
         )
 
     def __add__(self, other: Tally) -> Tally:
@@ -65,6 +75,8 @@ class Tally:
             cases=tuple(a + b for a, b in zip(self.cases, other.cases, strict=True)),
             faults=tuple(a + b for a, b in zip(self.faults, other.faults, strict=True)),
             uncertified=self.uncertified + other.uncertified,
+            wall_collisions=self.wall_collisions + other.wall_collisions,
+            capped=self.capped + other.capped,
         )
 
     @property

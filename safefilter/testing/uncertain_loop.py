@@ -22,6 +22,7 @@ import numpy as np
 
 from safefilter.arrays import BoolArray, FloatArray
 from safefilter.closest_approach import Approach, Pairs, closest_approach, pairs_within
+from safefilter.decision import Decision
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene, X, Y
 from safefilter.testing.passive_robots import passive_velocity
@@ -128,12 +129,14 @@ class UncertainStep(NamedTuple):
         position: True centres at its end, shape (N, 2), in m.
         clearance: Least free distance of two robots at any instant, in m; infinite for one robot.
         wall_clearance: The same of a robot and a wall; infinite without walls.
+        decisions: What each robot that looks decided, each for itself.
     """
 
     number: int
     position: FloatArray
     clearance: float
     wall_clearance: float
+    decisions: tuple[Decision, ...]
 
 
 class _Command(NamedTuple):
@@ -237,10 +240,11 @@ def roll_out_uncertain(
     walls = scene.walls[:, :4].reshape(-1, 2, 2)
     wall_pairs = Pairs(np.repeat(robots, len(walls)), np.tile(np.arange(len(walls)), len(robots)))
     for number in range(trial.num_steps):
-        due = number * trial.dt
+        due, decisions = number * trial.dt, []
         _order_passive(world, all_pairs)
         for robot in robots.tolist():
-            command = _decided(safety_filter, world, robot, rng)
+            command, decision = _decided(safety_filter, world, robot, rng)
+            decisions.append(decision)
             late = trial.actual.lateness * trial.errors.part(rng)
             world.order(robot, command._replace(start=due + late))
         clearance, wall_clearance = math.inf, math.inf
@@ -249,7 +253,7 @@ def roll_out_uncertain(
             clearance = min(clearance, float(near.least.min(initial=np.inf)))
             wall = walls_on_paths(paths, scene.radius, walls, wall_pairs)
             wall_clearance = min(wall_clearance, float(wall.least.min(initial=np.inf)))
-        yield UncertainStep(number, world.position, clearance, wall_clearance)
+        yield UncertainStep(number, world.position, clearance, wall_clearance, tuple(decisions))
 
 
 def _judged(trial: UncertainTrial, paths: Paths, pairs: Pairs) -> Approach:
@@ -274,28 +278,30 @@ def _order_passive(world: _World, pairs: Pairs) -> None:
 
 def _decided(
     safety_filter: SafetyFilter, world: _World, robot: int, rng: np.random.Generator
-) -> _Command:
-    """What a robot executes for what it decides on what it has measured."""
+) -> tuple[_Command, Decision]:
+    """What a robot executes for what it decides on what it has measured, and the decision."""
     trial = world.trial
     seen, towards = _measured_scene(world, robot, rng)
     wanted = trial.policy.act(seen, np.full(seen.num_robots, trial.v_max), rng)[robot]
     part, errors = trial.actual.actuation_error, trial.errors
     if trial.omega_max == 0.0:
-        x, y = safety_filter.decide(seen, wanted[None], [robot]).action[0]
+        decision = safety_filter.decide(seen, wanted[None], [robot])
+        x, y = decision.action[0]
         off = part * math.hypot(x, y) * errors.offset(towards, rng)
         angle = math.atan2(y + off[1], x + off[0])
-        return _Command(0.0, math.hypot(x + off[0], y + off[1]), angle, 0.0)
+        return _Command(0.0, math.hypot(x + off[0], y + off[1]), angle, 0.0), decision
     angle = math.atan2(wanted[1], wanted[0]) - _heading_of(seen, robot)
     turn = math.remainder(angle, 2.0 * math.pi) / trial.dt
     turn_rate = min(trial.omega_max, max(-trial.omega_max, turn))
     asked = np.array([[math.hypot(*wanted), turn_rate]])
-    speed, turn_rate = safety_filter.decide(seen, asked, [robot]).action[0]
+    decision = safety_filter.decide(seen, asked, [robot])
+    speed, turn_rate = decision.action[0]
     # Either counts as that part of the way: the speed, or the turn rate over the longest step.
     share = part * (2.0 * errors.part(rng) - 1.0)
     if rng.integers(2):
-        return _Command(0.0, speed * (1.0 + share), 0.0, turn_rate)
+        return _Command(0.0, speed * (1.0 + share), 0.0, turn_rate), decision
     longest = trial.dt + trial.actual.lateness
-    return _Command(0.0, speed, 0.0, turn_rate + 2.0 * share / longest)
+    return _Command(0.0, speed, 0.0, turn_rate + 2.0 * share / longest), decision
 
 
 def _measured_scene(

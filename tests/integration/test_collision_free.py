@@ -1,7 +1,8 @@
 """The promise that everything stands on: filtered robots never collide, whatever drives them and whoever solves.
 
 The judge is `safefilter.closest_approach`, which shares no formula with the filter. The counts that these tests
-assert are printed by ``python -m safefilter.testing.stress``.
+assert are printed by ``python -m safefilter.testing.stress``; millions of them are driven by the slice of the stress
+campaign, `tests/assurance/stress/test_campaign.py`.
 """
 
 from functools import partial
@@ -58,15 +59,6 @@ def test_separation_alone_is_enough(trial: Trial) -> None:
 @given(rollouts(crowded()), st.sampled_from(["clarabel", "qpsolvers:daqp", "osqp"]))
 def test_robots_never_collide_with_a_solver_of_someone_else(trial: Trial, backend: str) -> None:
     assert_collision_free(filter_of(trial, backend=backend), trial)
-
-
-@pytest.mark.stress
-def test_a_million_robot_steps_without_a_collision() -> None:
-    tally = drive(Setting.safety_filter, 1_000_000, seed=0)
-    assert tally.robot_steps >= 1_000_000
-    assert tally.collisions == 0
-    assert tally.uncertified == 0
-    assert min(tally.cases) >= 10_000
 
 
 @pytest.mark.stress

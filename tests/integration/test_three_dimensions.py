@@ -21,7 +21,6 @@ from safefilter.testing.space_strategies import (
     touching_in_space,
 )
 from safefilter.testing.strategies import rollouts
-from safefilter.testing.tally import NOTHING
 
 V_OPTS: tuple[VOpt, ...] = ("current", "shared", "own")
 
@@ -100,13 +99,3 @@ def test_the_same_cloud_collides_with_orca_alone() -> None:
     orca = sf.SafetyFilter([sf.PriorityORCA(2.0)], sf.Holonomic(trial.v_max, dimension=3))
     with pytest.raises(Collision):
         assert_collision_free(orca, trial)
-
-
-@pytest.mark.stress
-def test_half_a_million_robot_steps_in_space_without_a_collision() -> None:
-    tally = NOTHING
-    for seed in range(14):
-        trial = trial_in_cloud(seed, num_robots=1000, num_steps=40)
-        tally += assert_collision_free(filter_of(trial), trial)
-    assert tally.robot_steps >= 400_000
-    assert min(tally.cases) >= 10_000

@@ -10,32 +10,22 @@ from policies.drive_campaign import (
     DriveTally,
     Way,
     drive_campaign,
+    drive_steps,
     limit_passive,
     run_drive_trial,
     uncut_commands,
 )
-from policies.drive_trials import COMBINATIONS, DriveTrial, drive_trials
+from policies.drive_trials import COMBINATIONS, DriveTrial, Size, drive_trial, drive_trials
 from safefilter import DifferentialDrive, Scene
 
 SLICE, SHORT = 20_000, 4000
 UNSAFE: list[Way] = ["cap off", "separation off", "filter off"]
 
 
-@pytest.mark.stress
-def test_twenty_thousand_robot_steps_between_walls_without_a_collision() -> None:
-    tally = drive_campaign("filter on", SLICE, seed=0)
-    assert tally.robot_steps >= SLICE
-    assert tally.contacts == 0
-    assert tally.uncertified == 0
-    assert min(tally.cases) >= 2000
-    # Robots did come into contact, to the margin.
-    assert tally.clearance < 1e-5
-    assert tally.wall_clearance < 1e-5
-
-
+# That trials do not collide with the filter on is for the slice of the stress campaign to show.
 @pytest.mark.stress
 @pytest.mark.parametrize("way", UNSAFE)
-def test_the_same_trials_collide_without_a_part_of_the_filter(way: Way) -> None:
+def test_trials_collide_without_a_part_of_the_filter(way: Way) -> None:
     tally = drive_campaign(way, SHORT, seed=0)
     assert tally.robot_contacts >= 20
     assert tally.wall_contacts >= 5
@@ -99,3 +89,27 @@ def test_robots_that_do_not_cooperate_keep_to_their_bound_and_stop_at_contact() 
     np.testing.assert_array_equal(commands[0, :, 1], 0.5)
     limit_passive(navigation, commands, 0.1)
     np.testing.assert_allclose(commands[0, 1:, 0], 0.1)
+
+
+def test_holonomic_robots_that_do_not_cooperate_keep_to_their_bound_and_stop_at_contact() -> None:
+    fleet = Fleet.of(4, radius=0.1, v_max=1.0, cooperative=[True, False, False, False])
+    layout = replace(Corridor(2), length=4.0, width=2.0)
+    navigation = Navigation(Packed(layout, fleet.radius), fleet, Rules(dt=0.2))
+    navigation.reset(0)
+    navigation.world.position[0] = [[0.0, 0.0], [0.23, 0.0], [1.0, 0.0], [1.28, 0.0]]
+    velocities = np.array([[[0.5, 0.0], [-0.3, 0.4], [0.0, 0.5], [0.0, 0.0]]])
+    limit_passive(navigation, velocities, 0.3)
+    # The direction stays, the speed is as that of a drive; standing still stays standing still.
+    expected = [[0.5, 0.0], [-0.09, 0.12], [0.0, 0.2], [0.0, 0.0]]
+    np.testing.assert_allclose(velocities[0], expected, atol=1e-8)
+
+
+def test_holonomic_worlds_are_driven_as_drives_are() -> None:
+    rng = np.random.default_rng(1)
+    trial = drive_trial(rng, COMBINATIONS[0], Size(40, 6), 0, kinematics="holonomic")
+    steps = list(drive_steps(trial))
+    assert [step.number for step in steps] == list(range(6))
+    assert sum(map(DriveTally.of, steps), DriveTally()) == run_drive_trial(trial, "filter on")
+    assert all(step.outcome.num_contacts.sum() == 0 for step in steps)
+    # There are no arcs to be cut.
+    assert run_drive_trial(trial, "cap off") == run_drive_trial(trial, "filter on")

@@ -11,15 +11,23 @@ from policies.drive_trials import (
     MAX_ROBOTS,
     MIN_ROBOTS,
     DriveTrial,
+    Size,
+    drive_trial,
     drive_trials,
     least_thickness,
 )
+from safefilter import DifferentialDrive, Holonomic
 
 
 # Polygons of velocities take their time: a round is drawn once.
 @cache
 def a_round(robot_steps: int) -> tuple[DriveTrial, ...]:
     return tuple(islice(drive_trials(0, robot_steps), len(COMBINATIONS)))
+
+
+def mapping_of(trial: DriveTrial) -> str:
+    assert isinstance(trial.kinematics, DifferentialDrive)
+    return trial.kinematics.mapping
 
 
 def layout_of(trial: DriveTrial) -> object:
@@ -32,7 +40,7 @@ def test_a_round_holds_every_combination() -> None:
     combinations = {
         (
             type(trial.policy),
-            trial.kinematics.mapping,
+            mapping_of(trial),
             trial.rules.num_beams,
             trial.is_single,
             trial.name.partition(",")[0],
@@ -87,3 +95,20 @@ def test_seeds_differ_and_trials_do_not_depend_on_anything_else() -> None:
     first, again, other = (next(drive_trials(seed, 20_000)) for seed in (0, 0, 1))
     np.testing.assert_array_equal(first.fleet.radius, again.fleet.radius)
     assert first.fleet.radius.tolist() != other.fleet.radius.tolist()
+
+
+def test_one_trial_is_drawn_of_any_combination_size_and_kinematics() -> None:
+    rng = np.random.default_rng(0)
+    for combination in COMBINATIONS[::17]:
+        trial = drive_trial(rng, combination, Size(300, 7, 100), 5, kinematics="holonomic")
+        assert isinstance(trial.kinematics, Holonomic)
+        assert trial.fleet.kinematics == "holonomic"
+        assert "holonomic" in trial.name
+        assert (trial.num_steps, trial.seed) == (7, 5)
+        assert trial.fleet.num_robots <= 100
+        # Whole worlds, as many as there is room for, and one at least.
+        robots = trial.num_worlds * trial.fleet.num_robots
+        assert 300 - trial.fleet.num_robots < robots <= 300
+        assert trial.rules.num_beams == combination.num_beams
+    trial = drive_trial(rng, COMBINATIONS[0], Size(10, 5), 0)
+    assert isinstance(trial.kinematics, DifferentialDrive)

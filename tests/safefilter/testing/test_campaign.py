@@ -1,10 +1,12 @@
 from itertools import islice
 
 import numpy as np
+import pytest
 
 import safefilter as sf
-from safefilter.testing.campaign import COMBINATIONS, Setting, drive, settings
-from safefilter.testing.policies import GoalSeeking, Mixed, Ramming, UniformRandom
+from safefilter.testing.campaign import COMBINATIONS, Setting, drive, setting_of, settings
+from safefilter.testing.crowds import random_crowd
+from safefilter.testing.policies import GoalSeeking, Mixed, NotFinite, Ramming, UniformRandom
 from safefilter.testing.tally import Tally
 
 
@@ -57,3 +59,17 @@ def test_a_drive_goes_on_until_the_robot_steps_are_made_and_tells_of_it() -> Non
 def test_seeds_differ() -> None:
     first, second = (next(settings(seed, 1000)).trial for seed in (0, 1))
     assert repr(first) != repr(second)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_setting_is_drawn_of_any_crowd_and_any_policies(dimension: int) -> None:
+    rng = np.random.default_rng(0)
+    crowd = random_crowd(rng, 10, most_robots=4, dimension=dimension)
+    drawn = [
+        setting_of(rng, number, crowd, 3, seed=8, policies=("senseless", "random"))
+        for number in range(4)
+    ]
+    assert [type(setting.trial.policy) for setting in drawn] == 2 * [NotFinite, UniformRandom]
+    assert [setting.trial.is_single for setting in drawn] == [False, False, True, True]
+    assert {(setting.trial.num_steps, setting.trial.seed) for setting in drawn} == {(3, 8)}
+    assert all(setting.trial.scene is crowd.scene for setting in drawn)

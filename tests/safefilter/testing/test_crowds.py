@@ -58,3 +58,28 @@ def test_the_same_seed_gives_the_same_crowd() -> None:
     first, second = (random_crowd(np.random.default_rng(7), 50) for _ in range(2))
     assert np.array_equal(first.scene.state, second.scene.state)
     assert first.v_max == pytest.approx(second.v_max, abs=0.0)
+
+
+@given(st.integers(0, 10_000), st.sampled_from([2, 20, 200]))
+def test_in_space_nobody_overlaps_either(seed: int, most_robots: int) -> None:
+    rng = np.random.default_rng(seed)
+    scene, _ = random_crowd(rng, 30, most_robots=most_robots, dimension=3)
+    assert scene.dimension == 3
+    still = np.zeros_like(scene.position)
+    gaps = closest_approach(scene.position, still, scene.radius, pairs_within(scene.world)).start
+    assert gaps.min() >= -1e-13
+    assert MIN_ROBOTS <= np.bincount(scene.world).max() <= most_robots
+
+
+def test_in_space_robots_go_and_stand_in_every_direction() -> None:
+    scene, _ = random_crowd(np.random.default_rng(0), 2000, dimension=3)
+    for part in (scene.velocity, scene.position):
+        spread = part.std(axis=0)
+        assert spread.min() > 0.8 * spread.max()
+    # Robots were put down in contact, above and below others too.
+    first, second = pairs_within(scene.world)
+    offset = scene.position[second] - scene.position[first]
+    gap = np.linalg.norm(offset, axis=1) - scene.radius[first] - scene.radius[second]
+    rise = np.abs(offset[np.abs(gap) < 1e-12, 2])
+    assert len(rise) > 50
+    assert rise.max() > 0.5
