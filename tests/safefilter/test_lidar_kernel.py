@@ -76,8 +76,10 @@ def seen_by_the_book(
     for j in range(1, len(position)):
         c_x, c_y = offset[j]
         for k in range(num_beams):
+            if not np.isfinite(ranges[k]):
+                continue
             x, y = ranges[k] * unit[k]
-            if np.isfinite(ranges[k]) and is_masked(x, y, c_x, c_y, radius[j], MARGIN_PART):
+            if is_masked(x, y, c_x, c_y, radius[j], MARGIN_PART):
                 masker[k] = j
     gap = np.full(num_beams, np.inf)
     for k in range(num_beams):
