@@ -15,7 +15,7 @@ PIP_INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check --no
 PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo table test check coverage bench mutants stress clean
+.PHONY: help demo table test check coverage bench mutants fuzz stress clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -49,6 +49,12 @@ bench: $(VENV)/bench-installed ## Time the filter against RVO2 and against other
 mutants: $(VENV)/dev-installed ## Make every small mistake in geometry, programs and cap, and see whether a test fails
 	$(BIN)/python -m assurance.mutation
 
+# atheris leads the search where it is installed; Hypothesis alone draws as many examples everywhere.
+SECONDS ?= 600
+fuzz: $(VENV)/fuzz-installed ## Damaged files and malformed arguments, for SECONDS (default: 600) and as many again
+	$(BIN)/python -m assurance.fuzz --seconds $(SECONDS)
+	HYPOTHESIS_PROFILE=fuzz $(PYTEST) tests/integration/test_damaged_files.py tests/integration/test_malformed_input.py
+
 # Half an hour of two idle cores; killed at any moment, it goes on where it was.
 stress: $(VENV)/dev-installed ## 10^8 robot-steps of every kind without a collision, into out/stress/
 	$(BIN)/python -m assurance.stress
@@ -66,6 +72,11 @@ $(VENV)/demo-installed: pyproject.toml constraints.txt | $(VENV)/created
 $(VENV)/dev-installed: $(VENV)/demo-installed
 	@echo "safefilter: installing PyTorch, test tools and what the filter is compared with (a few minutes) ..."
 	@$(PIP_INSTALL) --editable '.[dev]'
+	@touch $@
+
+$(VENV)/fuzz-installed: $(VENV)/dev-installed
+	@echo "safefilter: installing atheris ..."
+	@$(PIP_INSTALL) --editable '.[fuzz]'
 	@touch $@
 
 $(VENV)/bench-installed: $(VENV)/dev-installed

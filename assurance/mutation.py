@@ -2,10 +2,12 @@
 
 A mutant that no test fails for survives: either a test is missing, or the mutant is no mistake. Those that are known to
 be none, and why, are in ``docs/testing.md``. Outcomes are kept in ``out/mutants.jsonl``, so that a run goes on where
-the last one stopped; delete the file to begin anew. Not part of `make test`: it takes hours.
+the last one stopped; delete the file to begin anew. Not part of `make test`: it takes an hour or more.
 
-Kernels are interpreted, and each mutant has a process of its own, forked from one that has imported what is slow to
-import.
+The tests of a file are collected once, and run once without any mistake, to see how long each takes and which lines it
+comes to. Each mutant then has a process of its own, forked from there: the mistake is put in place
+(`assurance.swapping`), and the tests that come to its line run, quick ones first, until one fails. Kernels are
+interpreted, and Hypothesis neither shrinks nor remembers what it finds.
 """
 
 from __future__ import annotations
@@ -13,35 +15,33 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import signal
+import random
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from importlib.machinery import ModuleSpec
-from importlib.util import spec_from_loader
 from pathlib import Path
-from types import ModuleType
 
+import pytest
+
+from assurance.mutant_tests import MutantTests
 from assurance.mutants import Mutant, mutants_of
 
 ROOT = Path(__file__).parents[1]
 REPORT = ROOT / "out" / "mutants.jsonl"
-INTERPRETED = {"NUMBA_DISABLE_JIT": "1", "HYPOTHESIS_PROFILE": "coverage"}
-# A mutant that makes a loop endless is killed after this, in s.
-PATIENCE = 240.0
+INTERPRETED = {"NUMBA_DISABLE_JIT": "1", "HYPOTHESIS_PROFILE": "mutants"}
 PROPERTIES = "tests/assurance/test_planted_bugs.py::test_the_filter_as_it_is_passes"
 
-# File, and its tests: the quick ones first, because the first failure ends a run.
+# File, and its tests.
 TARGETS: dict[str, tuple[str, ...]] = {
-    "constraints/responsibility": ("test_responsibility",),
+    "constraints/responsibility": ("test_responsibility", "test_priority_orca_shares"),
     "constraints/velocity_obstacle": (
         "test_velocity_obstacle_formulas", "test_velocity_obstacle", "test_priority_orca",
     ),
     "constraints/separation": (
-        "test_separation", "test_budgets", "test_separation_reach",
+        "test_separation", "test_budgets", "test_separation_reach", "test_margins", "test_uncertain_loop",
     ),
-    "constraints/walls": ("test_walls", "test_static_obstacles"),
+    "constraints/walls": ("test_walls", "test_static_obstacles", "test_margins", "test_outlines"),
     "programs/convex_program": ("test_convex_program",),
     "programs/least_violation": ("test_least_violation",),
     "programs/nearest_velocity": ("test_nearest_velocity",),
@@ -51,134 +51,92 @@ TARGETS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
-class MutantLoader:
-    """Imports one module from other source; a finder and a loader in one."""
-
-    def __init__(self, module: str, path: Path, source: str) -> None:
-        self._module, self._path, self._source = module, path, source
-
-    def find_spec(
-        self, name: str, _path: object = None, _target: object = None
-    ) -> ModuleSpec | None:
-        """Answer for that module only."""
-        if name != self._module:
-            return None
-        return spec_from_loader(name, self, origin=str(self._path))  # type: ignore[arg-type]  # a loader by what it does
-
-    def create_module(self, _spec: ModuleSpec) -> ModuleType | None:
-        """As Python does."""
-        return None
-
-    def exec_module(self, module: ModuleType) -> None:
-        """Run the other source."""
-        module.__file__ = str(self._path)
-        exec(compile(self._source, str(self._path), "exec"), module.__dict__)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns 1 if a mutant of this run survived."""
+    """Run the command; returns 1 if a mutant of this run survived, 2 if tests fail without any."""
     given = sys.argv[1:] if arguments is None else list(arguments)
     parser = argparse.ArgumentParser(prog="python -m assurance.mutation", description=__doc__)
     parser.add_argument("--only", default="", help="files whose name holds this")
+    parser.add_argument("--sample", type=float, default=1.0, help="part of the mutants to run")
+    parser.add_argument("--seed", type=int, default=0, help="of the sample")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="stop after this time")
     options = parser.parse_args(given)
     if any(os.environ.get(name) != value for name, value in INTERPRETED.items()):
         command = [sys.executable, "-m", "assurance.mutation", *given]
         return subprocess.run(command, env={**os.environ, **INTERPRETED}, check=False).returncode
-    _import_slow_packages()
     REPORT.parent.mkdir(exist_ok=True)
-    start, survivors = time.perf_counter(), 0
+    end = time.monotonic() + options.seconds
+    worst = 0
     for name in TARGETS:
-        if options.only not in name:
-            continue
-        done = _outcomes(name)
-        if run_mutant(name, _unchanged(name)) != "survived":
-            sys.stdout.write(f"{name}: its tests fail without any mistake in it: mend them first\n")
-            return 2
-        for key, mutant in _numbered(name):
-            if key in done:
-                continue
-            if time.perf_counter() - start > options.seconds:
-                sys.stdout.write("time is up; run it again to go on\n")
-                return int(survivors > 0)
-            outcome = run_mutant(name, mutant)
-            survivors += outcome == "survived"
-            _note(name, key, mutant, outcome)
-    return int(survivors > 0)
+        drawn = random.Random(f"{options.seed} {name}")
+        left = {
+            key: mutant
+            for key, mutant in numbered(name).items()
+            if drawn.random() < options.sample and key not in outcomes(name)
+        }
+        if options.only in name and left and time.monotonic() < end:
+            worst = max(worst, _in_a_process_of_its_own(name, left, end))
+    return worst
 
 
-def run_mutant(name: str, mutant: Mutant) -> str:
-    """Run the tests of a file against one of its mutants; returns "killed", "survived" or "timed out"."""
+def _in_a_process_of_its_own(name: str, left: dict[str, Mutant], end: float) -> int:
+    """Run mutants of one file: what its tests import and collect is gone afterwards."""
+    sys.stdout.flush()
     child = os.fork()
     if child == 0:
-        _run_tests(name, mutant)
-    deadline = time.monotonic() + PATIENCE
-    while time.monotonic() < deadline:
-        pid, status = os.waitpid(child, os.WNOHANG)
-        if pid:
-            return "survived" if os.waitstatus_to_exitcode(status) == 0 else "killed"
-        time.sleep(0.05)
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return "timed out"
+        # Whatever happens, this process must not go on as its parent does.
+        worst = 2
+        try:
+            worst = _run_mutants(name, left, end)
+        finally:
+            sys.stdout.flush()
+            os._exit(worst)
+    _, status = os.waitpid(child, 0)
+    return os.waitstatus_to_exitcode(status)
 
 
-def _run_tests(name: str, mutant: Mutant) -> None:
-    """Be the process of a mutant; does not return."""
-    import pytest  # noqa: PLC0415  # imported before, in the parent
+def _run_mutants(name: str, left: dict[str, Mutant], end: float) -> int:
+    survivors: list[str] = []
 
-    path = ROOT / "safefilter" / f"{name}.py"
-    module = f"safefilter.{name.replace('/', '.')}"
-    sys.meta_path.insert(0, MutantLoader(module, path, mutant.source))
-    silence = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(silence, 1)
-    os.dup2(silence, 2)
-    tests = [f"tests/safefilter/{test}.py" for test in TARGETS[name]]
-    quiet = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not stress"]
-    # Hypothesis is in memory already, so pytest cannot rewrite its asserts.
-    quiet += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
-    os._exit(int(pytest.main([*quiet, *tests, PROPERTIES])))
+    def note(key: str, outcome: str) -> bool:
+        if outcome == "survived":
+            survivors.append(key)
+        _note(name, key, outcome)
+        return time.monotonic() < end
 
-
-def _import_slow_packages() -> None:
-    """What tests import besides this package, which each mutant imports anew."""
-    import clarabel  # noqa: F401, PLC0415
-    import gymnasium  # noqa: F401, PLC0415
-    import hypothesis.extra.numpy  # noqa: F401, PLC0415
-    import numba  # noqa: F401, PLC0415
-    import osqp  # noqa: F401, PLC0415
-    import pytest  # noqa: F401, PLC0415
-    import scipy.optimize  # noqa: F401, PLC0415
+    tests = MutantTests(f"safefilter.{name.replace('/', '.')}", left, note)
+    files = [f"tests/safefilter/{test}.py" for test in TARGETS[name]]
+    quiet = ["-p", "no:terminal", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not stress"]
+    pytest.main([*quiet, *files, PROPERTIES], plugins=[tests])
+    if tests.failing:
+        sys.stdout.write(f"{name}: {tests.failing} fails without any mistake: mend it first\n")
+        return 2
+    return int(bool(survivors))
 
 
-def _numbered(name: str) -> list[tuple[str, Mutant]]:
+def numbered(name: str) -> dict[str, Mutant]:
     """Mutants of a file, each under a name that stays while its line does."""
     source = (ROOT / "safefilter" / f"{name}.py").read_text(encoding="utf-8")
     keyed: dict[str, Mutant] = {}
     for mutant in mutants_of(source):
-        key = f"{mutant.before} -> {mutant.after}"
-        number = sum(other.startswith(f"{mutant.line}: {key}") for other in keyed)
-        keyed[f"{mutant.line}: {key}" + (f" ({number + 1})" if number else "")] = mutant
-    return list(keyed.items())
+        key = f"{mutant.line}: {mutant.before} -> {mutant.after}"
+        number = sum(other == key or other.startswith(f"{key} (") for other in keyed)
+        keyed[key + (f" ({number + 1})" if number else "")] = mutant
+    return keyed
 
 
-def _unchanged(name: str) -> Mutant:
-    source = (ROOT / "safefilter" / f"{name}.py").read_text(encoding="utf-8")
-    return Mutant(0, "nothing", "nothing", source)
-
-
-def _outcomes(name: str) -> set[str]:
+def outcomes(name: str) -> dict[str, str]:
+    """What is known of the mutants of a file."""
     if not REPORT.exists():
-        return set()
+        return {}
     lines = map(json.loads, REPORT.read_text(encoding="utf-8").splitlines())
-    return {line["mutant"] for line in lines if line["file"] == name}
+    return {line["mutant"]: line["outcome"] for line in lines if line["file"] == name}
 
 
-def _note(name: str, key: str, mutant: Mutant, outcome: str) -> None:
+def _note(name: str, key: str, outcome: str) -> None:
     with REPORT.open("a", encoding="utf-8") as report:
         report.write(json.dumps({"file": name, "mutant": key, "outcome": outcome}) + "\n")
-    if outcome == "survived":
-        sys.stdout.write(f"{name}.py:{mutant.line}: {mutant.before}  ->  {mutant.after}\n")
+    if outcome != "killed":
+        sys.stdout.write(f"{name}.py:{key}: {outcome}\n")
         sys.stdout.flush()
 
 

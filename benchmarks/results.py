@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from rich.table import Table
@@ -40,6 +40,7 @@ class Result:
         ratio_of: What the ratio is a ratio of.
         rows: Lines, in order.
         notes: How it was measured.
+        series: What is drawn rather than shown in a table, by name.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Result:
     ratio_of: str
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
+    series: dict[str, list[float]] = field(default_factory=dict)
 
     @property
     def columns(self) -> list[str]:
@@ -63,18 +65,32 @@ def save(result: Result, machine: Mapping[str, str], folder: Path = FOLDER) -> P
     """Write a result, and what it ran on."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{result.name}.json"
-    text = json.dumps({"machine": dict(machine), **asdict(result)}, indent=1)
+    kept = {"machine": dict(machine), **asdict(result)}
+    series = kept.pop("series")
+    text = json.dumps(kept, indent=1)
+    if series:
+        # On one line: nobody reads them.
+        text = f'{text[:-2]},\n "series": {json.dumps(series)}\n}}'
     path.write_text(text + "\n", encoding="utf-8")
     return path
 
 
 def committed_ratios(name: str, folder: Path = FOLDER) -> dict[tuple[str, str], float]:
-    """Ratios of the result that is kept under a name, by (group, row); empty if there is none."""
+    """Ratios of the result that is kept under a name, by (`group_key`, row); empty if there is none."""
     path = folder / f"{name}.json"
     if not path.exists():
         return {}
     rows = json.loads(path.read_text(encoding="utf-8"))["rows"]
-    return {(row["group"], row["name"]): row["ratio"] for row in rows if row["ratio"] is not None}
+    return {
+        (group_key(row["group"]), row["name"]): row["ratio"]
+        for row in rows
+        if row["ratio"] is not None
+    }
+
+
+def group_key(group: str) -> str:
+    """What a group is, without what was found out about it, which stands in brackets and may change a little."""
+    return group.split(" (", maxsplit=1)[0]
 
 
 def as_table(result: Result, committed: Mapping[tuple[str, str], float]) -> Table:
@@ -90,7 +106,7 @@ def as_table(result: Result, committed: Mapping[tuple[str, str], float]) -> Tabl
             table.add_section()
             table.add_row(f"[bold]{row.group}")
             group = row.group
-        before = committed.get((row.group, row.name))
+        before = committed.get((group_key(row.group), row.name))
         table.add_row(row.name, *result.cells(row), _ratio(row.ratio), _ratio(before))
     return table
 
@@ -108,9 +124,33 @@ def as_markdown(result: Result) -> str:
     return "\n".join([*lines, "", *(f"* {note}" for note in result.notes), ""])
 
 
+def read_result(path: Path) -> tuple[Result, dict[str, str]]:
+    """Read what `save` wrote: the result, without its series, and the machine."""
+    kept = json.loads(path.read_text(encoding="utf-8"))
+    machine, _ = kept.pop("machine"), kept.pop("series", None)
+    kept["rows"] = tuple(Row(**row) for row in kept["rows"])
+    kept["notes"] = tuple(kept["notes"])
+    return Result(**kept), machine
+
+
+def all_tables(names: Iterable[str], folder: Path = FOLDER) -> str:
+    """Write the results that are kept as one page of Markdown, each with its machine and date."""
+    parts = ["# Benchmarks\n\nMade by `python -m benchmarks --save`, some with `--only NAME`.\n"]
+    for name in names:
+        path = folder / f"{name}.json"
+        if path.exists():
+            result, machine = read_result(path)
+            about = ", ".join(f"{part} {value}" for part, value in machine.items())
+            parts.append(f"{as_markdown(result)}\n* `{name}`: {about}.\n")
+    return "\n".join(parts)
+
+
 def _line(cells: list[str]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
 def _ratio(ratio: float | None) -> str:
-    return MISSING if ratio is None else f"{ratio:.2f}"
+    """Two decimals, and for small ratios two digits: a regression must show."""
+    if ratio is None:
+        return MISSING
+    return f"{ratio:.2f}" if ratio >= 0.1 else f"{ratio:.2g}"

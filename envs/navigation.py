@@ -16,7 +16,7 @@ from envs.crowd import Crowd, Crowded
 from envs.crowd_kernel import Gait, walk_worlds
 from envs.dynamics import Movement
 from envs.fleet import Fleet
-from envs.lidar import cast_beams
+from envs.lidar import scan_walls
 from envs.observation import Observer
 from envs.observation_layout import ObservationLayout, Observations
 from envs.outcome import Outcome, empty_blocks
@@ -27,10 +27,16 @@ from envs.snapshot import Parts, Snapshot
 from envs.step_kernel import Motion, StepInputs, step_worlds
 from envs.walls import WallArrays, WallMap
 from envs.world import World, over_worlds
-from safefilter.arrays import FloatArray, all_true, finite_array, frozen, require_positive
+from safefilter.arrays import (
+    BoolArray,
+    FloatArray,
+    all_true,
+    finite_array,
+    frozen,
+    require_positive,
+)
 from safefilter.batch.records import plain
 from safefilter.errors import InvalidInput, OutOfRange
-from safefilter.lidar import Lidar
 from safefilter.outlines import OwnWalls
 from safefilter.scene import Scene
 
@@ -171,9 +177,13 @@ class Navigation:
         """
         self.world.present[np.broadcast_to(worlds, (self.world.num_worlds,))] = False
 
-    def observe(self) -> Observations:
-        """Observations of all robots, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`."""
-        return self.observer.observe()
+    def observe(self, chosen: BoolArray | None = None) -> Observations:
+        """Observations, shape (W, N, F), in [-1, 1]; see `envs.observation_layout`.
+
+        Args:
+            chosen: Of which robots, shape (W, N), zeros of all others; None: of all.
+        """
+        return self.observer.observe(chosen)
 
     def state(self) -> Snapshot:
         """Copy of everything that later steps depend on: the world, what is remembered of it, and the generators."""
@@ -207,20 +217,24 @@ class Navigation:
         """
         return np.where(self.world.active[..., np.newaxis], actions, 0.0)
 
-    def scenes(self, actions: FloatArray | None = None) -> Scene:
+    def scenes(
+        self, actions: FloatArray | None = None, *, scanning: BoolArray | None = None
+    ) -> Scene:
         """All worlds as one scene of W N robots: row w N + i is robot i of world w.
 
         A vanished robot keeps its row, in a world of its own where nobody meets it.
 
         Args:
             actions: What all want to do, shape (W, N, 2), for filters that share it.
+            scanning: Robots that a filter will decide for, shape (W, N); None: all. Where there is no map, the others
+                know no wall.
         """
         numbers = self._world_numbers
         if not all_true(self.world.present):
             gone = np.flatnonzero(~self.world.present.ravel())
             numbers = numbers.copy()
             numbers[gone] += 1 + gone % self.world.num_robots
-        return self._scene(slice(None), numbers, actions)
+        return self._scene(slice(None), numbers, actions, scanning)
 
     def scene(self, world: int = 0, actions: FloatArray | None = None) -> Scene:
         """One world as a scene of N robots.
@@ -250,7 +264,11 @@ class Navigation:
         return self._kept_parts
 
     def _scene(
-        self, worlds: slice, numbers: npt.NDArray[np.int64], actions: FloatArray | None
+        self,
+        worlds: slice,
+        numbers: npt.NDArray[np.int64],
+        actions: FloatArray | None,
+        scanning: BoolArray | None = None,
     ) -> Scene:
         world, known = self.world, self.observer.sensed.arrays
         has_map = self.rules.num_beams == 0
@@ -271,20 +289,10 @@ class Navigation:
             reach=self.rules.sensing_range,
             heading=known.heading[worlds].ravel(),
             own_walls=self._map(worlds) if has_map else None,
-            lidar=None if has_map else self._scan(worlds),
+            lidar=None
+            if has_map
+            else scan_walls(world, self.rules, self.observer.sensed.sensing, worlds, scanning),
         )
-
-    def _scan(self, worlds: slice) -> Lidar:
-        world, rules = self.world, self.rules
-        seen = rules.lidar_range if rules.wall_range is None else rules.wall_range
-        ranges = cast_beams(
-            world,
-            rules.num_beams,
-            min(seen, rules.lidar_range),
-            sensing=self.observer.sensed.sensing,
-            worlds=worlds,
-        )
-        return Lidar.scan(ranges[worlds].reshape(-1, rules.num_beams))
 
     def _walk(self, crowd: Crowd, action: FloatArray) -> None:
         """Replace the actions of people by what they do."""

@@ -33,7 +33,7 @@ from envs.step_kernel import RobotArrays
 from envs.trail import NUM_SECTORS
 from envs.walls import WallArrays
 from envs.world import World, over_worlds
-from safefilter.arrays import IntArray
+from safefilter.arrays import BoolArray, IntArray
 from safefilter.batch.records import plain
 from safefilter.jit import array_formula, kernel
 
@@ -108,13 +108,17 @@ class Observer:
         driven = {f"odometry.{name}": array for name, array in self._odometry.memory.items()}
         return {**sensed, **driven}
 
-    def observe(self) -> Observations:
-        """Observations of all robots now; of those that are gone zeros.
+    def observe(self, chosen: BoolArray | None = None) -> Observations:
+        """Observations of robots now; of those that are gone, or not chosen, zeros.
+
+        Args:
+            chosen: Which robots, shape (W, N); None: all.
 
         Returns:
             Shape (W, N, F), in [-1, 1].
         """
         world, walls = self._world, self._world.walls.arrays
+        observed = world.present if chosen is None else world.present & chosen
         written = np.zeros(self._shape, dtype=np.float32)
         if self._kept_walls is not walls:
             self._kept_walls = walls
@@ -131,7 +135,7 @@ class Observer:
             )
         parts = self._kept_parts
         over_worlds(
-            lambda first, last: _observe(first, last, parts, written),
+            lambda first, last: _observe(first, last, observed, parts, written),
             world.num_worlds,
             world.num_robots,
         )
@@ -167,7 +171,11 @@ def _inputs_of(parts: tuple[Any, ...]) -> ObservationInputs:
 
 @kernel
 def _observe(
-    first_world: int, last_world: int, parts: tuple[Any, ...], written: Observations
+    first_world: int,
+    last_world: int,
+    observed: BoolArray,
+    parts: tuple[Any, ...],
+    written: Observations,
 ) -> None:
     robots, sensed, seed, walls, beams, odometry, settings = _inputs_of(parts)
     num_robots = robots.radius.shape[1]
@@ -180,12 +188,14 @@ def _observe(
     total = np.empty(NUM_SECTORS)
     furthest = settings.lidar_range
     for w in range(first_world, last_world):
+        if not observed[w].any():
+            continue
         sort_robots(true_grid, w, robots.position, robots.present)
         if not settings.is_exact:
             sort_robots(sensed_grid, w, sensed.position, robots.present)
         largest_radius = robots.radius[w].max()
         for i in range(num_robots):
-            if not robots.present[w, i]:
+            if not observed[w, i]:
                 continue
             heading = sensed.heading[w, i]
             cosine, sine = math.cos(heading), math.sin(heading)

@@ -32,7 +32,8 @@ from envs.spaces import (
     observation_space,
 )
 from envs.spectator import FRAMES_PER_SECOND, RENDER_MODES, Picture, RenderMode, Spectator
-from safefilter.arrays import FloatArray, IntArray
+from safefilter.arguments import require_mapping
+from safefilter.arrays import FloatArray, IntArray, numbers_of
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput
 from safefilter.scene import Scene
@@ -161,9 +162,10 @@ class ParallelRobots(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no ty
 
         Raises:
             InvalidInput: If the actions are not those of the agents that are not done.
+            ShapeError: If one is something else.
         """
         acting = self.agents
-        if set(actions) != set(acting):
+        if set(require_mapping(actions, "actions")) != set(acting):
             raise InvalidInput(
                 f"actions: expected one for each of {acting}, got them for {list(actions)}"
             )
@@ -202,11 +204,15 @@ class ParallelRobots(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no ty
         self._agents.note_decisions(decision, robots)
 
     def _given(self, actions: Mapping[str, npt.ArrayLike]) -> FloatArray:
-        """What robots are told, shape (1, N, 2): to stand still where nobody acts."""
+        """What robots are told, shape (1, N, 2): to stand still where nobody acts.
+
+        Raises:
+            ShapeError: If an action is of another shape.
+        """
         given = np.zeros(self.navigation.world.position.shape)
         for i, agent in enumerate(self.possible_agents):
             if agent in actions:
-                given[0, i] = actions[agent]
+                given[0, i] = numbers_of(actions[agent], f"action of {agent}", (2,))
         return given
 
     def _observations(self, agents: list[str]) -> dict[str, Observation]:

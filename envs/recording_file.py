@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from envs.recording import Moment, Recording, Setting
 from safefilter.arrays import finite_array, frozen, positive_number
+from safefilter.bounded_file import require_bounded
 from safefilter.errors import InvalidInput
 
 FORMAT = "safefilter recording"
@@ -137,11 +138,7 @@ def _checked_lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     """
     checksum = 0
     try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise RecordingFileError(
-                f"{path}: expected at most {MAX_BYTES} bytes, got {size}; what is read stays in memory"
-            )
+        require_bounded(path, MAX_BYTES)
         with path.open(encoding="utf-8", newline="\n") as file:
             for number, line in enumerate(file, 1):
                 if number == 1 and line and not _begins_alike(line, _FIRST):
@@ -160,6 +157,8 @@ def _checked_lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
                 yield number, record
     except RecordingFileError:
         raise
+    except InvalidInput as error:  # too large, or no file
+        raise RecordingFileError(str(error)) from None
     except (OSError, ValueError, RecursionError) as error:
         raise RecordingFileError(f"{path}: cannot be read: {error}") from error
 

@@ -40,9 +40,9 @@ from envs.spaces import (
     observation_space,
 )
 from envs.spectator import FRAMES_PER_SECOND, RENDER_MODES, Picture, RenderMode, Spectator
-from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
+from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen, numbers_of
 from safefilter.decision import Decision
-from safefilter.errors import InvalidInput, OutOfRange, ShapeError
+from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.scene import Scene
 
 
@@ -230,9 +230,7 @@ class VectorRobots(gymnasium.vector.VectorEnv[Observation, Action, npt.NDArray[A
         Raises:
             ShapeError: If the actions are of another shape.
         """
-        wanted = np.asarray(actions, dtype=np.float64)
-        if wanted.shape != (self.num_envs, 2):
-            raise ShapeError(f"actions: expected shape ({self.num_envs}, 2), got {wanted.shape}")
+        wanted = numbers_of(actions, "actions", (self.num_envs, 2))
         agents = self._agents
         given = np.zeros(self.navigation.world.position.shape)
         acting = ~agents.is_over[..., np.newaxis]

@@ -67,8 +67,8 @@ def layout_of_contract(text: str, what: str) -> ObservationLayout:
     try:
         made = json.loads(text)
         is_ours = (made["format"], made["version"]) == (FORMAT, VERSION)
-        said: Mapping[str, Json] = made["weights"]
-    except (ValueError, TypeError, KeyError) as error:
+        said: Mapping[str, Json] = dict(made["weights"])
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise CheckpointForeign(f"{what}: no contract of an exported policy: {error!r}") from error
     if not is_ours:
         raise CheckpointForeign(

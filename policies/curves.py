@@ -13,7 +13,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import numpy as np
 import tyro
@@ -23,10 +23,13 @@ from matplotlib.figure import Figure
 from policies.kept_weights import RUNS
 from policies.training_run import CURVE
 from safefilter.arrays import FloatArray
+from safefilter.bounded_file import read_bounded
 from safefilter.errors import InvalidInput, SafeFilterError
 
 COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377")
 """Paul Tol's palette that colour-blind readers tell apart."""
+MAX_CURVE_BYTES = 10_000_000
+"""Largest file that is read: a training of ten million steps writes 0.3 MB."""
 NUM_POINTS = 60
 """Curves are drawn at so many numbers of steps."""
 
@@ -85,21 +88,50 @@ def read_curves(name: str, runs: Path) -> list[list[Mapping[str, float]]]:
         runs: Folder with the trainings.
 
     Raises:
-        InvalidInput: If there is none.
+        InvalidInput: If there is none, or a file cannot be read, or is something else.
     """
     folders = [
         path
         for path in sorted(runs.glob(f"{name}-*"))
         if re.fullmatch(r"-\d+", path.name[len(name) :])
     ]
-    curves = [
-        json.loads((path / CURVE).read_text()) for path in folders if (path / CURVE).is_file()
-    ]
+    curves = [_read_curve(path / CURVE) for path in folders if (path / CURVE).is_file()]
     if not curves:
         raise InvalidInput(
             f"no curve of {name!r} in {runs}: train with python -m policies.train {name}"
         )
     return curves
+
+
+def _read_curve(path: Path) -> list[Mapping[str, float]]:
+    """Points of one training.
+
+    Raises:
+        InvalidInput: If the file cannot be read, or holds anything but numbers by name, ``num_steps`` among them.
+    """
+    try:
+        points = json.loads(read_bounded(path, MAX_CURVE_BYTES))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InvalidInput(f"{path}: cannot be read: {error}") from error
+    if not isinstance(points, list) or not points or not all(map(_is_point, points)):
+        raise InvalidInput(
+            f"{path}: expected a list of points, numbers by name with num_steps, as policies.train writes; "
+            "delete it, or bring the one of this training back"
+        )
+    return points
+
+
+def _is_point(point: object) -> bool:
+    return (
+        isinstance(point, dict)
+        and point.get("num_steps") is not None
+        # None: not measured there.
+        and all(value is None or _is_number(value) for value in point.values())
+    )
+
+
+def _is_number(value: object) -> bool:
+    return type(value) in {int, float} and abs(cast("float", value)) <= sys.float_info.max
 
 
 def on_common_steps(curves: Sequence[Curve]) -> tuple[FloatArray, FloatArray]:

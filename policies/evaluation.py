@@ -103,6 +103,8 @@ def run_episodes(
             seed=seed,
             first_episode=first,
             lateness=lateness,
+            resets=False,
+            spares_resting=True,
         )
         parts.append(rollout.results)
     return RobotResults.joined(parts)

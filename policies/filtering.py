@@ -14,12 +14,16 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
+import numpy as np
+
 from envs.rules import Rules
 from envs.world import World
-from policies.nh_orca import TIME_HORIZON, TRACKING_ERROR, orca_filter
+from policies.nh_orca import TIME_HORIZON, TRACKING_ERROR, WALL_HORIZON, orca_filter
 from safefilter.constraints.priority_orca import Leg, PriorityORCA
+from safefilter.constraints.separation import SAFETY_MARGIN
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.kinematics.differential_drive import DifferentialDrive
+from safefilter.lidar import Lidar
 from safefilter.safety_filter import SafetyFilter
 
 FilterKind = Literal["ours", "literal", "off"]
@@ -29,8 +33,9 @@ NUM_BEAMS = 360
 """Beams from which walls are known where there is no map: one a degree, as a Turtlebot's."""
 
 
-WALL_RANGE = 1.0
-"""How far those beams are looked at, in m: a row of the filter reaches 0.32 m at 0.2 m/s, and scans cost the most."""
+WALL_RANGE = 0.4
+"""How far those beams are looked at, in m: a row of the filter reaches 0.32 m at 0.2 m/s, and scans cost the most.
+`Filtering.build` refuses robots whose rows reach further."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,14 +73,19 @@ class Filtering:
                 f"right_bias: expected an angle within a quarter turn, got {self.right_bias}"
             )
 
+    @property
+    def is_scanned(self) -> bool:
+        """Are walls known from beams?"""
+        return self.kind == "ours" and self.walls == "lidar"
+
     def rules(self, rules: Rules) -> Rules:
         """The rules of a scenario, with a lidar where walls are known from it.
 
         Args:
             rules: Those of the scenario.
         """
-        is_scanned = self.kind == "ours" and self.walls == "lidar"
-        return replace(rules, num_beams=NUM_BEAMS if is_scanned else 0, wall_range=WALL_RANGE)
+        num_beams = NUM_BEAMS if self.is_scanned else 0
+        return replace(rules, num_beams=num_beams, wall_range=WALL_RANGE)
 
     def build(self, world: World, dt: float) -> SafetyFilter | None:
         """The filter for all robots of all worlds; None where it is off.
@@ -83,7 +93,12 @@ class Filtering:
         Args:
             world: Differential drives after their reset: speeds come with the placements.
             dt: Duration of a step, in s.
+
+        Raises:
+            OutOfRange: If walls are known from beams that are not looked at as far as rows reach.
         """
+        if self.is_scanned:
+            _require_range(world, dt)
         match self.kind:
             case "off":
                 return None
@@ -99,6 +114,22 @@ class Filtering:
                 )
                 orca = PriorityORCA(TIME_HORIZON, v_opt="own", slack_rule="paper", leg=self.leg)
                 return SafetyFilter([orca], drive)
+
+
+def _require_range(world: World, dt: float) -> None:
+    """Beams are looked at as far as rows against walls reach.
+
+    Raises:
+        OutOfRange: If they are not.
+    """
+    beyond = Lidar.scan(np.full((1, NUM_BEAMS), np.inf)).margin(np.array([WALL_RANGE]))[0]
+    way = max(WALL_HORIZON, dt) * world.v_max + world.radius
+    needed = float(way.max()) + SAFETY_MARGIN + float(beyond)
+    if needed > WALL_RANGE:
+        raise OutOfRange(
+            f"robots: rows against walls reach {needed:.3g} m, but beams are looked at up to {WALL_RANGE} m "
+            "(WALL_RANGE of policies.filtering); take slower or smaller robots, or a map"
+        )
 
 
 RIGHT_BIAS = 0.1

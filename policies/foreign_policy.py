@@ -17,6 +17,8 @@ Letters: F numbers of an observation, B robots.
 from __future__ import annotations
 
 import importlib
+import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -32,9 +34,14 @@ from policies.evaluation import PolicyFactory
 from policies.learned_policy import LearnedPolicy
 from policies.observation_policy import ObservationPolicy, layout_of_size
 from policies.policy import Policy
+from safefilter.bounded_file import require_bounded
 from safefilter.errors import InvalidInput, SafeFilterError
 
 RAW_OUTPUT = "raw"
+MAX_ONNX_BYTES = 2**31
+"""Largest file that is read: that of the format."""
+SB3_PART = "data"
+"""Part of every zip of Stable-Baselines3."""
 SUFFIXES = (".safetensors", ".onnx", ".zip")
 
 
@@ -126,8 +133,15 @@ def _load_callable(source: str) -> ForeignPolicy:
 
 def _load_onnx(path: Path) -> ForeignPolicy:
     runtime = _package("onnxruntime", f"{path}: ONNX")
-    session: Any = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-    inputs, outputs = session.get_inputs(), session.get_outputs()
+    require_bounded(path, MAX_ONNX_BYTES)
+    errors: tuple[type[Exception], ...] = importlib.import_module(
+        "policies.onnx_policy"
+    ).RUNTIME_ERRORS
+    try:
+        session: Any = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+        inputs, outputs = session.get_inputs(), session.get_outputs()
+    except errors as error:
+        raise InvalidInput(f"{path}: no ONNX model that can be run: {error}") from error
     if tuple(each.name for each in inputs) == INPUTS:
         return _exported(path)
     if len(inputs) != 1 or len(inputs[0].shape) != 2 or not isinstance(inputs[0].shape[1], int):
@@ -160,6 +174,7 @@ def _load_sb3(path: Path, algorithm: str) -> ForeignPolicy:
     kind: Any = getattr(package, algorithm, None)
     if kind is None:
         raise InvalidInput(f"algorithm {algorithm!r}: Stable-Baselines3 has no such class")
+    _require_whole(path)
     model: Any = kind.load(path, device="cpu")
     shape = model.observation_space.shape
     if shape is None or len(shape) != 1:
@@ -174,6 +189,24 @@ def _load_sb3(path: Path, algorithm: str) -> ForeignPolicy:
         return ObservationPolicy(path.stem, predict, navigation)
 
     return ForeignPolicy(path.stem, make, layout)
+
+
+def _require_whole(path: Path) -> None:
+    """All of an archive is as it was written.
+
+    Raises:
+        InvalidInput: If it is not, or is none.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            torn = archive.testzip()
+            # A directory that was damaged may list fewer parts.
+            if SB3_PART not in archive.namelist():
+                torn = SB3_PART
+    except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
+        raise InvalidInput(f"{path}: no zip that can be read: {error}") from error
+    if torn is not None:
+        raise InvalidInput(f"{path}: its part {torn} is not as it was written; copy it again")
 
 
 def _package(name: str, what: str) -> ModuleType:

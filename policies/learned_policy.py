@@ -74,7 +74,12 @@ class LearnedPolicy:
             TensorError: If the navigation's observations are laid out differently.
         """
         require_layout(weights.layout, navigation)
-        return cls(weights, navigation.observe, is_deterministic=is_deterministic, name=name)
+
+        def observe() -> Observations:
+            # To observe costs as much as to move: not for those that do not act.
+            return navigation.observe(navigation.world.active)
+
+        return cls(weights, observe, is_deterministic=is_deterministic, name=name)
 
     def act(self, world: World, rng: np.random.Generator, /) -> FloatArray:
         """Commands (v, w), shape (W, N, 2); zero for robots that are not under way.

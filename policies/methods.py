@@ -182,10 +182,27 @@ _ABLATIONS = {
     "straight-progress": "Progress is paid for straight to the goal, as in Eq. (8), and not around the walls.",
     "paper-reward": "The paper's weights, with its norm area and without explicit norms.",
     "no-cap": "Trained behind the paper's filter, driven behind ours.",
+    "no-filter": "Trained without any filter, driven behind ours.",
     "no-memory": "The policy remembers nothing.",
     "with-trail": "The policy also remembers where it has spent its time, see envs/trail.py.",
 }
 _MORE = (
+    Method(
+        "no-filter-off",
+        "no-filter, filter off",
+        "learned",
+        OFF,
+        "no-filter",
+        about="Trained without any filter with our rewards, and driven without one.",
+    ),
+    Method(
+        "short-off",
+        "short, filter off",
+        "learned",
+        OFF,
+        "short",
+        about="Trained behind our filter, driven without one.",
+    ),
     Method(
         "drl-cd-filtered",
         "DRL-cd, filtered",

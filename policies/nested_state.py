@@ -57,7 +57,7 @@ def put_together(text: str, arrays: Mapping[str, AnyArray]) -> Any:  # as varied
     """
     try:
         return _state(json.loads(text), arrays)
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
         raise CheckpointAltered(f"no state that was kept here: {error!r}") from error
 
 

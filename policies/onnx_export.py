@@ -1,4 +1,4 @@
-"""ONNX: the deterministic policy as a graph that any runtime evaluates, with the contract in its metadata.
+"""ONNX: the deterministic policy as a graph that any runtime evaluates, with contract and checksum in its metadata.
 
 Made of the arrays, node by node, without torch: a few linear layers, and the action map.
 
@@ -14,6 +14,7 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 from policies.contract import INPUTS, METADATA, OUTPUT, contract
+from policies.onnx_seal import BLANK, SEAL, sealed
 from policies.policy_weights import Weights
 
 OPSET, IR_VERSION = 17, 8
@@ -57,10 +58,9 @@ def to_onnx(weights: Weights) -> bytes:
     opset = helper.make_opsetid("", OPSET)
     model = helper.make_model(graph, opset_imports=[opset], ir_version=IR_VERSION)
     model.producer_name = "safefilter"
-    helper.set_model_props(model, {METADATA: json.dumps(contract(weights))})
+    helper.set_model_props(model, {METADATA: json.dumps(contract(weights)), SEAL: BLANK})
     onnx.checker.check_model(model, full_check=True)
-    content: bytes = model.SerializeToString()
-    return content
+    return sealed(model.SerializeToString())
 
 
 def _action_map(raw: str) -> list[onnx.NodeProto]:

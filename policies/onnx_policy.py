@@ -19,6 +19,7 @@ from envs.world import World
 from policies.checkpoint_errors import CheckpointAltered, CheckpointForeign
 from policies.contract import INPUTS, METADATA, OUTPUT, layout_of_contract
 from policies.learned_policy import checked_observations, require_layout
+from policies.onnx_seal import is_intact
 from policies.tensor_file import read_limited
 from safefilter.arrays import FloatArray
 
@@ -29,7 +30,9 @@ RUNTIME_ERRORS = (
     runtime.InvalidProtobuf,
     runtime.NotImplemented,
     runtime.RuntimeException,
+    UnicodeDecodeError,  # of names that are no texts
 )
+"""What handing the runtime a file of another kind ends in."""
 MAX_BYTES = 64 * 2**20
 """Largest file that is read."""
 
@@ -55,7 +58,7 @@ class OnnxPolicy:
         Raises:
             CheckpointMissing: If there is no such file.
             CheckpointTooLarge: If it is larger than anything exported here.
-            CheckpointAltered: If it is no ONNX model that can be run.
+            CheckpointAltered: If it was changed, or is no ONNX model that can be run.
             CheckpointForeign: If it is none of ours, or for other observations.
             CheckpointError: If it cannot be read.
         """
@@ -134,10 +137,17 @@ def _opened(path: Path) -> tuple[onnxruntime.InferenceSession, ObservationLayout
     """What evaluates the policy, and what that observes.
 
     Raises:
-        CheckpointAltered: If it is no ONNX model that can be run.
+        CheckpointAltered: If it was changed, or is no ONNX model that can be run.
         CheckpointForeign: If it is none of ours.
     """
     content = read_limited(path, MAX_BYTES)
+    whole = is_intact(content)
+    if whole is None:
+        raise CheckpointForeign(
+            f"{path}: no policy that this package exported, or one that was cut; make it with python -m policies.export"
+        )
+    if not whole:
+        raise CheckpointAltered(f"{path}: changed after it was written; export it again")
     options = onnxruntime.SessionOptions()
     # Networks this small are done before a second thread has been woken.
     options.intra_op_num_threads = 1
@@ -147,8 +157,4 @@ def _opened(path: Path) -> tuple[onnxruntime.InferenceSession, ObservationLayout
     except RUNTIME_ERRORS as error:
         raise CheckpointAltered(f"{path}: no ONNX model that can be run: {error}") from error
     texts = session.get_modelmeta().custom_metadata_map
-    if METADATA not in texts:
-        raise CheckpointForeign(
-            f"{path}: an ONNX model, but no policy of this package; make one with python -m policies.export"
-        )
-    return session, layout_of_contract(texts[METADATA], str(path))
+    return session, layout_of_contract(texts.get(METADATA, ""), str(path))

@@ -48,7 +48,9 @@ class Weights:
         object.__setattr__(self, "arrays", arrays)
         width = self.layout.size
         for weight, bias in self.layers:
-            _require_shape("weight of the actor", weight, (len(weight), width))
+            # A single number has no height.
+            height = weight.shape[:1] or ("H",)
+            _require_shape("weight of the actor", weight, (*height, width))
             _require_shape("bias of the actor", bias, (len(weight),))
             width = len(weight)
         _require_shape("last weight of the actor", self.layers[-1][0], (NUM_ACTIONS, "H"))

@@ -31,6 +31,7 @@ PRESETS: dict[str, TrainingSettings] = {
     "no-norms": replace(SHORT, reward=replace(SHORT.reward, passing=0.0, overtaking=0.0)),
     "straight-progress": replace(SHORT, reward=replace(SHORT.reward, forward=20.0, way=0.0)),
     "paper-reward": replace(SHORT, reward=RewardWeights()),
+    "no-filter": replace(SHORT, filtering=Filtering("off")),
     "no-cap": replace(SHORT, filtering=Filtering("literal")),
     "nearest-leg": replace(SHORT, filtering=Filtering("ours")),
     "with-trail": replace(SHORT, layout=ObservationLayout(has_memory=True, has_trail=True)),

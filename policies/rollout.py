@@ -18,8 +18,9 @@ from envs.recording import Recorder, Recording
 from envs.robot_results import RobotResults
 from policies.lateness import PUNCTUAL, LateAnswers, Lateness
 from policies.policy import Policy
-from safefilter.arrays import FloatArray, frozen
-from safefilter.decision import Decision
+from policies.resting import find_resting
+from safefilter.arrays import BoolArray, FloatArray, frozen
+from safefilter.decision import Case, Decision
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
 
@@ -55,6 +56,8 @@ def roll_out(
     first_episode: int = 0,
     max_steps: int | None = None,
     lateness: Lateness = PUNCTUAL,
+    resets: bool = True,
+    spares_resting: bool = False,
     watch: Callable[[Scene, FloatArray, Decision], None] = lambda *_: None,
 ) -> Rollout:
     """Drive all robots of all worlds from their starts until nobody is under way or the time is over.
@@ -62,19 +65,24 @@ def roll_out(
     A world is taken out of the run as soon as its episode is over.
 
     Args:
-        navigation: Worlds; they are reset first.
+        navigation: Worlds; they are reset first, unless ``resets`` says that they just have been.
         policy: Proposes actions.
         safety_filter: Decides for the cooperative robots; None executes what the policy proposes.
         seed: Seed of the worlds and of the policy.
         first_episode: Number of the episode of world 0, see `Navigation.reset`.
         max_steps: Steps at most; None for the time limit of the rules.
         lateness: How late answers come.
+        resets: Reset the worlds first? Not where that has been done with the same seed and first episode: to place the
+            robots of a town takes as long as to drive them for some steps.
+        spares_resting: Do robots that rest at their goals stand without asking the filter? Right for those of
+            `policies.filtering`, see `policies.resting`.
         watch: Told of every decision: the scene, the actions wanted, shape (B, 2), and what was decided.
 
     Returns:
         Measures and a recording.
     """
-    navigation.reset(seed, first_episode=first_episode)
+    if resets:
+        navigation.reset(seed, first_episode=first_episode)
     world = navigation.world
     rng = np.random.default_rng([seed, first_episode, world.num_worlds])
     measures = EpisodeMeasures.start(world)
@@ -87,8 +95,13 @@ def roll_out(
         actions = navigation.wanted(policy.act(world, rng))
         case = np.zeros(world.cooperative.shape, dtype=np.int64)
         is_recorded = bool(world.present[0].any())
-        if safety_filter is not None and (world.cooperative & world.present).any():
-            scene, wanted, decision, elapsed = _decide(navigation, safety_filter, actions)
+        deciding = world.cooperative & world.present
+        if spares_resting and safety_filter is not None:
+            resting = find_resting(navigation, actions)
+            deciding &= ~resting
+            case[resting] = Case.SAFE
+        if safety_filter is not None and deciding.any():
+            scene, wanted, decision, elapsed = _decide(navigation, safety_filter, actions, deciding)
             measures.record_decision(decision)
             case.ravel()[decision.index] = decision.case
             decision_times.append(elapsed)
@@ -113,17 +126,16 @@ def roll_out(
 
 
 def _decide(
-    navigation: Navigation, safety_filter: SafetyFilter, actions: FloatArray
+    navigation: Navigation, safety_filter: SafetyFilter, actions: FloatArray, deciding: BoolArray
 ) -> tuple[Scene, FloatArray, Decision, float]:
-    """Replace the actions of cooperative robots by what the filter decides.
+    """Replace the actions of robots by what the filter decides.
 
     Returns:
         The scene, the actions wanted, the decisions, and the time one took, in s.
     """
-    deciding = navigation.world.cooperative & navigation.world.present
     index = np.flatnonzero(deciding.ravel())
     robots = np.unravel_index(index, deciding.shape)
-    scene = navigation.scenes(actions)
+    scene = navigation.scenes(actions, scanning=deciding)
     wanted = actions[robots]
     start = perf_counter()
     decision = safety_filter.decide(scene, wanted, index)

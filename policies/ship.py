@@ -21,10 +21,13 @@ from policies.checkpoint import read_weights, write_weights
 from policies.checkpoint_errors import CheckpointTooLarge
 from policies.policy_weights import Weights
 from policies.tensor_file import SUFFIX
+from safefilter.bounded_file import read_bounded
 from safefilter.errors import InvalidInput
 
 MAX_SHIPPED_BYTES = 2_000_000
 """Weights are part of the repository."""
+MAX_ROWS_BYTES = 10_000_000
+"""Largest file of rows that is read: all of the table take 0.1 MB."""
 FIGURES_COMMAND = "make table"
 
 
@@ -81,8 +84,8 @@ def read_rows(path: Path) -> list[dict[str, Json]]:
         InvalidInput: If it cannot be read, or is something else.
     """
     try:
-        rows = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        rows = json.loads(read_bounded(path, MAX_ROWS_BYTES))
+    except (OSError, ValueError, RecursionError) as error:
         raise InvalidInput(f"{path}: cannot be read: {error}") from error
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise InvalidInput(f"{path}: expected a list of rows, as policies.evaluate --json writes")

@@ -12,15 +12,20 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import math
 import zipfile
+import zlib
 from dataclasses import asdict, dataclass, fields
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from envs.fleet import Fleet
 from envs.robot_results import RobotResults
+from envs.scenarios import recommended_rules
 from policies.atomic_file import write_atomically
 from policies.code_digest import code_digest
 from policies.evaluation import run_episodes
@@ -28,10 +33,20 @@ from policies.kept_weights import WEIGHTS, find_weights
 from policies.methods import Method, layout_of, policy_factory
 from policies.policy_weights import Weights
 from policies.table_scenarios import find_scenario, scenario_text
-from safefilter.errors import InvalidInput
+from safefilter.bounded_file import read_bounded
+from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 
 DIGITS = 16
 """Of a digest, in names of files."""
+MAX_BYTES = 2**28
+"""Largest cell, packed and unpacked: ten thousand episodes of 8 robots take 8 MB."""
+# What reading an archive that is none of ours ends in.
+CELL_ERRORS = (
+    OSError, EOFError, ValueError, KeyError, TypeError, OverflowError, NotImplementedError, RuntimeError,
+    zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+KINDS = {"IntArray": "i", "FloatArray": "f"}
+"""Of numbers, as numpy calls them."""
 NUMERICAL_PACKAGES = ("numba", "numpy")
 
 
@@ -76,10 +91,15 @@ class Cell:
 
     @property
     def work(self) -> float:
-        """Rough amount of work, in decisions that know the map: longer cells are begun first."""
-        robots = find_scenario(self.scenario).num_robots
-        is_scanned = self.method.filtering.kind == "ours" and self.method.filtering.walls == "lidar"
-        return self.episodes * robots * (3.0 if is_scanned else 1.0)
+        """Rough amount of work, in seconds of robots that know the map: longer cells are begun first."""
+        scenario = find_scenario(self.scenario)
+        time = recommended_rules(scenario).time_limit
+        return (
+            self.episodes
+            * scenario.num_robots
+            * time
+            * (2.0 if self.method.filtering.is_scanned else 1.0)
+        )
 
     def digest(self) -> str:
         """Digest of everything that decides what comes of it, in hexadecimal.
@@ -142,11 +162,8 @@ class CellFolder:
         if not path.is_file():
             return None
         try:
-            with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as arrays:
-                return RobotResults(**{
-                    field.name: arrays[field.name] for field in fields(RobotResults)
-                })
-        except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
+            return _unpacked(read_bounded(path, MAX_BYTES))
+        except CELL_ERRORS as error:
             raise InvalidInput(f"{path}: cannot be read, delete it: {error}") from error
 
     def write(self, cell: Cell, results: RobotResults) -> None:
@@ -159,6 +176,41 @@ class CellFolder:
         )
         self.path.mkdir(parents=True, exist_ok=True)
         write_atomically(self.file_of(cell), content.getvalue())
+
+
+def _unpacked(content: bytes) -> RobotResults:
+    """Results from a file; `CELL_ERRORS` say that it is none.
+
+    Raises:
+        OutOfRange: If it unpacks to more than a cell has: a few bytes can stand for any number.
+    """
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        size = sum(part.file_size for part in archive.infolist())
+        if size > MAX_BYTES:
+            raise OutOfRange(f"expected at most {MAX_BYTES} bytes unpacked, got {size}")
+        return RobotResults(**{
+            field.name: _array_of(archive.read(f"{field.name}.npy"), field.name, str(field.type))
+            for field in fields(RobotResults)
+        })
+
+
+def _array_of(content: bytes, name: str, kind: str) -> npt.NDArray[Any]:
+    """An array as numpy writes it, once it is known that all of it is there.
+
+    Raises:
+        ShapeError: If its header announces other numbers, or more or fewer of them.
+    """
+    file = io.BytesIO(content)
+    version = np.lib.format.read_magic(file)
+    if version != (1, 0):
+        raise ShapeError(f"{name}: expected an array of version 1.0, got {version}")
+    shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(file)
+    left = content[file.tell() :]
+    if dtype.kind != KINDS[kind] or len(left) != math.prod(shape) * dtype.itemsize:
+        raise ShapeError(
+            f"{name}: expected {kind}, got {dtype} of shape {shape} in {len(left)} bytes"
+        )
+    return np.frombuffer(left, dtype).reshape(shape, order="F" if is_fortran else "C")
 
 
 def _weights_digest(weights: Weights | None) -> str:

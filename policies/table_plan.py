@@ -32,6 +32,8 @@ PLAN: dict[str, tuple[str, ...]] = {
     "srl-orca-pinned": ("n_c_o_intersection", "deep_traps", "town_held_out"),
     "srl-orca-nearest": ("passing", "overtaking"),
     "drl-cd-filtered": PAPER_SCENARIOS,
+    "no-filter-off": PAPER_SCENARIOS,
+    "short-off": PAPER_SCENARIOS,
     **dict.fromkeys(
         (
             "short",
@@ -39,6 +41,7 @@ PLAN: dict[str, tuple[str, ...]] = {
             "straight-progress",
             "paper-reward",
             "no-cap",
+            "no-filter",
             "nearest-leg",
             "no-memory",
             "with-trail",

@@ -18,6 +18,9 @@ from safefilter.errors import InvalidInput, OutOfRange
 SHORT_SCENARIO = "overtaking"
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Each process has a core to itself: threads of its own would take those of the others."""
+KEEP_MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(2**30), "MALLOC_TRIM_THRESHOLD_": str(2**32)}
+"""Every step makes scans of 10 MB: to give their memory back in between costs a tenth of the time. For glibc alone."""
+WORKERS = dict.fromkeys(ONE_THREAD, "1") | KEEP_MEMORY
 
 
 def open_cells(cells: Sequence[Cell], folder: CellFolder) -> list[Cell]:
@@ -59,8 +62,8 @@ def run_cells(
     _compile(cells)
     # Fresh processes: forked ones would share the state of thread pools that do not survive it.
     context = multiprocessing.get_context("spawn")
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    before = {name: os.environ.get(name) for name in WORKERS}
+    os.environ.update(WORKERS)
     try:
         with ProcessPoolExecutor(processes, context, _begin_worker) as pool:
             running = {pool.submit(compute_cell, cell, folder): cell for cell in cells}

@@ -26,11 +26,18 @@ from policies.checkpoint_errors import (
     CheckpointTooLarge,
     CheckpointTruncated,
 )
+from safefilter.bounded_file import read_bounded
+from safefilter.errors import InvalidInput, OutOfRange
 
 SUFFIX = ".safetensors"
 LENGTH_BYTES = 8
 MAX_HEADER_BYTES = 100_000_000
 """That of the format."""
+
+HEADER_ERRORS = (
+    ValueError, TypeError, KeyError, AttributeError, IndexError, OverflowError, RecursionError,
+)  # fmt: skip
+"""What reading a header of another kind ends in: names that are missing, texts for numbers, infinite places."""
 
 AnyArray = npt.NDArray[np.generic]
 
@@ -109,17 +116,15 @@ def read_limited(path: Path, most: int) -> bytes:
         CheckpointError: If it cannot be read.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(most + 1)
+        return read_bounded(path, most)
     except FileNotFoundError as error:
         raise CheckpointMissing(f"{path}: there is no such file") from error
     except OSError as error:
         raise CheckpointError(f"{path}: cannot be read: {error}") from error
-    if len(content) > most:
-        raise CheckpointTooLarge(
-            f"{path}: expected at most {most} bytes, got {path.stat().st_size}"
-        )
-    return content
+    except OutOfRange as error:
+        raise CheckpointTooLarge(str(error)) from None
+    except InvalidInput as error:
+        raise CheckpointError(str(error)) from None
 
 
 def _texts_of(content: bytes, path: Path) -> dict[str, str]:
@@ -163,6 +168,6 @@ def _header_of(content: bytes, path: Path) -> tuple[dict[str, Any], int]:
             for name, tensor in header.items()
             if name != "__metadata__"
         ]
-    except (ValueError, TypeError, KeyError, AttributeError, IndexError, RecursionError) as error:
+    except HEADER_ERRORS as error:
         raise CheckpointForeign(f"{path}: no safetensors file: {error}") from error
     return header, max(ends, default=0)

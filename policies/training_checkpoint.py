@@ -108,7 +108,7 @@ class TrainingCheckpoints:
                 file = _read(path)
                 _require_whole(file, path, number)
                 _require_own_version(file, path)
-                return Restored(number, put_together(file.texts["state"], file.arrays), tuple(torn))
+                return Restored(number, _state_of(file, path), tuple(torn))
             except (CheckpointTruncated, CheckpointAltered) as error:
                 torn.append(str(error))
         if torn:
@@ -163,6 +163,18 @@ def _require_whole(file: TensorFile, path: Path, number: int) -> None:
         or file.checksum(*_SIGNED) != file.texts["sha256"]
     ):
         raise CheckpointAltered(f"{path}: not as it was written")
+
+
+def _state_of(file: TensorFile, path: Path) -> Any:
+    """The state in a file.
+
+    Raises:
+        CheckpointAltered: If there is none.
+    """
+    try:
+        return put_together(file.texts["state"], file.arrays)
+    except CheckpointAltered as error:
+        raise CheckpointAltered(f"{path}: {error}") from error
 
 
 def _require_own_version(file: TensorFile, path: Path) -> None:

@@ -1,8 +1,7 @@
 """Two filtered robots never touch: every lemma on the way from the check of a command to all steps, put together.
 
-In each step each robot does one of these, with the row that `add_separation_rows` writes for it: it keeps a velocity
-that keeps the row; it drives a command that `is_command_safe` lets through, straight, or along an arc to the left or to
-the right; or it has no row, and goes anywhere within its speed limit.
+In each step each robot moves in one of the ways of `filtered_moves`, with the row that `add_separation_rows` writes for
+it.
 """
 
 from __future__ import annotations
@@ -11,7 +10,8 @@ from functools import cache
 
 import z3
 
-from proofs import arc_cap, induction
+from proofs import filtered_moves, induction
+from proofs.filtered_moves import FilteredMoves
 from proofs.prover import TOGETHER, Assumptions, Fact, Proof, Values, as_formula, prove
 from proofs.separation import (
     DT,
@@ -21,25 +21,17 @@ from proofs.separation import (
     MOVES,
     NAMES,
     NEAR,
-    OFFSET,
     P_X,
     P_Y,
     PRIORITIES,
-    ROW_X,
-    ROW_Y,
     SHARES,
-    SPEED_X,
-    SPEED_Y,
-    TIME,
     D,
     near,
     obeys,
     robots,
     rows_of,
     standing_still,
-    straight,
 )
-from proofs.solver import variables_of
 
 STEP = z3.Int("k")
 GAP_AT = z3.Function("gap", z3.IntSort(), z3.RealSort())
@@ -47,86 +39,27 @@ NOT_OVERLAPPING = "gap >= 0: not overlapping"
 MOVED = P_X + MOVES[1][0] - MOVES[0][0], P_Y + MOVES[1][1] - MOVES[0][1]
 IS_APART = MOVED[0] * MOVED[0] + MOVED[1] * MOVED[1] >= KEPT_APART**2
 IN_STEP = "|p'| >= r_i + r_j + margin"
-# What arcs and lines ask of a row, and shipped rows are.
-OF_ROWS = "offset <= 0", "|e| = 1"
-
-
-def _is_unit(robot: int) -> z3.BoolRef:
-    row_x, row_y, _ = rows_of(robot).values
-    return row_x * row_x + row_y * row_y == 1
-
-
-def _is_left_out(robot: int) -> z3.BoolRef:
-    return z3.And(*(value == 0 for value in rows_of(robot).values))
 
 
 @cache
 def unit_or_left_out(robot: int) -> Proof:
     """A row that is written is a unit vector; one that is left out binds nothing."""
-    name, found = NAMES[robot], rows_of(robot)
-    return prove(
-        f"never_touch.unit_or_left_out[{name}]",
-        "|row| = 1, or there is no row",
-        {f"the row of {name} is the shipped one": found.ways},
-        z3.Or(_is_unit(robot), _is_left_out(robot)),
-    )
+    return filtered_moves.unit_or_left_out(rows_of(robot), "never_touch", NAMES[robot])
 
 
 @cache
 def nothing_to_obey(robot: int) -> Proof:
     """Whatever a robot does, it obeys a row that is left out."""
-    return prove(
-        f"never_touch.nothing_to_obey[{NAMES[robot]}]",
-        "there is no row  =>  row . d >= offset dt",
-        {"there is no row": _is_left_out(robot)},
-        obeys(rows_of(robot), MOVES[robot]),
+    return filtered_moves.nothing_to_obey(
+        rows_of(robot), MOVES[robot], DT, "never_touch", NAMES[robot]
     )
 
 
 @cache
-def constant() -> Proof:
-    """A constant velocity, as a displacement."""
-    is_moved = z3.And(arc_cap.MOVE_X == TIME * SPEED_X, arc_cap.MOVE_Y == TIME * SPEED_Y)
-    return prove(
-        "never_touch.constant",
-        "row . v >= offset, d = s v, 0 <= s <= dt  =>  row . d >= offset dt",
-        {**straight().assumptions, "d = s v": is_moved},
-        arc_cap.OBEYS,
-        using=[straight().at()],
+def _moves(robot: int) -> FilteredMoves:
+    return filtered_moves.filtered_moves(
+        rows_of(robot), MOVES[robot], DT, NAMES[robot], nothing_to_obey(robot)
     )
-
-
-@cache
-def _ways_to_move(robot: int) -> tuple[list[z3.BoolRef], list[Fact], list[z3.BoolRef]]:
-    """Ways in which a robot moves, that they obey its row, and the parts of which these formulas are made."""
-    moving: list[z3.BoolRef] = [_is_left_out(robot)]
-    facts, parts = [nothing_to_obey(robot).at()], [_is_left_out(robot)]
-    for proof in (constant(), arc_cap.obeys_straight(), *map(_arc, (True, False))):
-        own = _of(robot, proof)
-        given = {
-            key: z3.substitute(as_formula(fact), *own.items())
-            for key, fact in proof.assumptions.items()
-        }
-        moving.append(z3.And(*(fact for key, fact in given.items() if key not in OF_ROWS)))
-        facts.append(proof.at(own))
-        parts.extend(given.values())
-    return moving, facts, parts
-
-
-def _arc(is_left: bool) -> Proof:
-    return arc_cap.obeys(left=is_left)
-
-
-def _of(robot: int, proof: Proof) -> dict[z3.ExprRef, z3.ExprRef]:
-    """Say a lemma of one robot: its own row, its own displacement, and its own everything, but one step for both."""
-    row = zip((ROW_X, ROW_Y, OFFSET), rows_of(robot).values, strict=True)
-    move = zip((arc_cap.MOVE_X, arc_cap.MOVE_Y), MOVES[robot], strict=True)
-    terms: dict[z3.ExprRef, z3.ExprRef] = {DT: DT, **dict(row), **dict(move)}
-    taken = {str(term) for term in terms}
-    for name, variable in variables_of(proof.at().formula).items():
-        if name not in taken:
-            terms[variable] = z3.Const(f"{name} of {NAMES[robot]}", variable.sort())
-    return terms
 
 
 def _of_pair() -> Assumptions:
@@ -137,7 +70,7 @@ def _of_pair() -> Assumptions:
         if key not in {NOT_OVERLAPPING, *SHARES} and "obeys" not in key
     }
     moving = {
-        f"{name} moves as it is filtered": z3.Or(*_ways_to_move(robot)[0])
+        f"{name} moves as it is filtered": z3.Or(*_moves(robot).ways)
         for robot, name in enumerate(NAMES)
     }
     return {"pr_i > 0": PRIORITIES[0] > 0, "pr_j > 0": PRIORITIES[1] > 0, **kept, **moving}
@@ -147,7 +80,7 @@ def _lemmas() -> list[Fact]:
     """Everything that is known of one step."""
     return [
         robots().at(),
-        *(fact for robot in (0, 1) for fact in _ways_to_move(robot)[1]),
+        *(fact for robot in (0, 1) for fact in _moves(robot).facts),
         *(standing_still(robot, cooperative=True).at() for robot in (0, 1)),
         *(unit_or_left_out(robot).at() for robot in (0, 1)),
     ]
@@ -155,9 +88,9 @@ def _lemmas() -> list[Fact]:
 
 def _parts() -> list[z3.BoolRef]:
     """What lemmas and assumptions are made of: z3 need only see how these hang together."""
-    own = [part for robot in (0, 1) for part in _ways_to_move(robot)[2]]
+    own = [part for robot in (0, 1) for part in _moves(robot).parts]
     obeyed = [obeys(rows_of(robot), MOVES[robot]) for robot in (0, 1)]
-    units = [_is_unit(robot) for robot in (0, 1)]
+    units = [filtered_moves.is_unit(rows_of(robot)) for robot in (0, 1)]
     return [*own, *obeyed, *units, IS_APART]
 
 
@@ -225,7 +158,6 @@ LEMMAS = (
     lambda: unit_or_left_out(1),
     lambda: nothing_to_obey(0),
     lambda: nothing_to_obey(1),
-    constant,
     at_every_instant,
     for_ever,
 )

@@ -145,7 +145,7 @@ class Decision:
                 raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
             column = own["_columns"](name)
             if name in _LABELS:
-                column = column.reshape(len(column), -1, 2)
+                column = column.reshape(len(column), column.shape[1] // 2, 2)
             own[name] = column
             return column
 

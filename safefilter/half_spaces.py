@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from safefilter.arguments import require_kinds
 from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen, shape_text
 from safefilter.errors import InvalidInput, NotFinite, ShapeError
 
@@ -95,7 +96,9 @@ class HalfSpaces:
 
         Raises:
             ShapeError: If there is no part, or parts differ in decisions or dimensions.
+            InvalidInput: If a part is something else.
         """
+        parts = require_kinds(parts, "parts", HalfSpaces)
         if not parts:
             raise ShapeError("stacked: expected at least one HalfSpaces, got none")
         sizes = {(part.num_decisions, part.dimension) for part in parts}

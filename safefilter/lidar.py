@@ -132,13 +132,13 @@ class Lidar:
                 f"lidar: scans of {len(self.ranges)} robots, but the scene has {len(position)}"
             )
         unit_margin = float(self.margin(np.ones(1))[0])
-        ranges = np.where(np.isnan(self.ranges), np.inf, self.ranges)
-        nearest, blocks = np.empty(ranges.shape), blocks_of(world)
+        nearest, blocks = np.empty(self.ranges.shape), blocks_of(world)
+        count = np.empty(len(position), dtype=np.int64)
         over_ranges(
             lambda first, last: find_walls(
                 first,
                 last,
-                ranges,
+                self.ranges,
                 self.angles,
                 position,
                 heading,
@@ -147,11 +147,12 @@ class Lidar:
                 blocks,
                 1.0 - unit_margin,
                 nearest,
+                count,
             ),
             len(position),
         )
         start = np.zeros(len(position) + 1, dtype=np.int64)
-        np.cumsum(np.isfinite(nearest).sum(axis=1), out=start[1:])
+        np.cumsum(count, out=start[1:])
         walls = np.empty((start[-1], 5))
         over_ranges(
             lambda first, last: write_walls(

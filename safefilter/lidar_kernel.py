@@ -16,6 +16,8 @@ from safefilter.jit import array_formula, formula, kernel
 MASK_MARGIN = 0.03
 # A return this close to it is that robot's: ranges may come in single precision, in m.
 RIM_TOLERANCE = 1e-6
+# Part by which squares have to differ for their roots to differ as much, whatever the roundings.
+SQUARE_SLACK = 1e-9
 
 
 @array_formula
@@ -63,6 +65,29 @@ def is_masked(
 
 
 @formula
+def masks(
+    x: float,
+    y: float,
+    c_x: float,
+    c_y: float,
+    distance: float,
+    other_radius: float,
+    margin_part: float,
+) -> bool:
+    """`is_masked`, at a tenth of its time where squares tell already; ``distance`` is that of c."""
+    d_x, d_y = x - c_x, y - c_y
+    squared, near = d_x * d_x + d_y * d_y, other_radius + MASK_MARGIN
+    if squared > near * near * (1.0 + SQUARE_SLACK):
+        return False
+    if squared < near * near * (1.0 - SQUARE_SLACK):
+        ahead = margin_part * x * c_x + margin_part * y * c_y
+        if ahead >= distance * (distance - other_radius):
+            return True
+    masked: bool = is_masked(x, y, c_x, c_y, other_radius, margin_part)
+    return masked
+
+
+@formula
 def is_gap_held(
     unit: FloatArray,
     k: int,
@@ -83,16 +108,19 @@ def nearest_in_gap(
     i: int,
     k: int,
     after: int,
-    ranges: FloatArray,
+    seen: FloatArray,
     unit: FloatArray,
     masker: IntArray,
     position: FloatArray,
     radius: FloatArray,
     margin_part: float,
 ) -> float:
-    """Range of the nearer return beside the gap from beam k on, in m; infinite if no row is needed for it."""
-    nearest: float = min(ranges[i, k], ranges[i, after])
-    furthest: float = max(ranges[i, k], ranges[i, after])
+    """Range of the nearer return beside the gap from beam k on, in m; infinite if no row is needed for it.
+
+    Where neither return is masked this is the smaller range.
+    """
+    nearest: float = min(seen[k], seen[after])
+    furthest: float = max(seen[k], seen[after])
     # Beside a masked return alone, or between two masked by one robot, there is that robot, and walls behind it.
     is_masked_by_one = masker[k] == masker[after] or not math.isfinite(furthest)
     if not math.isfinite(nearest) or (max(masker[k], masker[after]) >= 0 and is_masked_by_one):
@@ -115,27 +143,40 @@ def half_width(distance: float, radius: float, step: float, num_beams: int) -> i
 
 
 @formula
+def read_scan(ranges: FloatArray, i: int, seen: FloatArray) -> float:
+    """Copy the scan of robot i, NaN as infinite; returns the largest finite range, -1 where nothing came back."""
+    furthest = -1.0
+    for k in range(len(seen)):
+        distance = ranges[i, k]
+        came_back = math.isfinite(distance)
+        seen[k] = distance if came_back else math.inf
+        furthest = max(furthest, distance if came_back else -1.0)
+    return furthest
+
+
+@formula
 def mask_returns(
     i: int,
     first: int,
     last: int,
     first_angle: float,
-    ranges: FloatArray,
+    seen: FloatArray,
+    furthest: float,
     unit: FloatArray,
     masker: IntArray,
     position: FloatArray,
     radius: FloatArray,
     world: IntArray,
     margin_part: float,
-) -> None:
-    """Write who among robots [first, last) masks each return of robot i: the number of a robot, or -1."""
+) -> int:
+    """Write who among robots [first, last) masks each return of robot i: the number of a robot, or -1.
+
+    Returns:
+        Number of times that a return was masked.
+    """
     masker[:] = -1
-    num_beams = len(masker)
+    num_beams, count = len(masker), 0
     step = 2.0 * math.pi / num_beams
-    furthest = 0.0
-    for k in range(num_beams):
-        if math.isfinite(ranges[i, k]):
-            furthest = max(furthest, ranges[i, k])
     for j in range(first, last):
         if j == i or world[j] != world[i]:
             continue
@@ -146,14 +187,43 @@ def mask_returns(
             continue
         # Only beams near to the robot can hit it.
         middle = round((math.atan2(c_y, c_x) - first_angle) / step)
-        beside = half_width(math.hypot(c_x, c_y), radius[j] + MASK_MARGIN, step, num_beams)
-        for number in range(middle - beside, min(middle + beside + 1, middle - beside + num_beams)):
-            k = number % num_beams
-            distance = ranges[i, k]
-            if math.isfinite(distance) and is_masked(
-                distance * unit[k, 0], distance * unit[k, 1], c_x, c_y, radius[j], margin_part
+        distance = math.hypot(c_x, c_y)
+        beside = half_width(distance, radius[j] + MASK_MARGIN, step, num_beams)
+        k = (middle - beside) % num_beams
+        for _ in range(min(2 * beside + 1, num_beams)):
+            far = seen[k]
+            if math.isfinite(far) and masks(
+                far * unit[k, 0], far * unit[k, 1], c_x, c_y, distance, radius[j], margin_part
             ):
                 masker[k] = j
+                count += 1
+            k = k + 1 if k + 1 < num_beams else 0
+    return count
+
+
+@formula
+def nearest_in_gaps(
+    i: int,
+    num_masked: int,
+    seen: FloatArray,
+    unit: FloatArray,
+    masker: IntArray,
+    position: FloatArray,
+    radius: FloatArray,
+    margin_part: float,
+    gap: FloatArray,
+) -> None:
+    """Write `nearest_in_gap` of all gaps of robot i: the full question only where a masked return is beside."""
+    num_beams = len(seen)
+    for k in range(num_beams - 1):
+        gap[k] = min(seen[k], seen[k + 1])
+    gap[num_beams - 1] = min(seen[num_beams - 1], seen[0])
+    if num_masked == 0:
+        return
+    for k in range(num_beams):
+        after = k + 1 if k + 1 < num_beams else 0
+        if masker[k] >= 0 or masker[after] >= 0:
+            gap[k] = nearest_in_gap(i, k, after, seen, unit, masker, position, radius, margin_part)
 
 
 @kernel
@@ -169,13 +239,14 @@ def find_walls(
     blocks: IntArray,
     margin_part: float,
     nearest: FloatArray,
+    count: IntArray,
 ) -> None:
     """Write for robots [first, last) the range at which there may be wall on each beam, infinite for none.
 
     Args:
         first: First robot.
         last: One past the last robot.
-        ranges: Scans, infinite where nothing came back, shape (N, K).
+        ranges: Scans, infinite or NaN where nothing came back, shape (N, K).
         angles: Of the beams, shape (K,).
         position: Shape (N, 2).
         heading: Shape (N,).
@@ -183,24 +254,31 @@ def find_walls(
         world: Shape (N,).
         blocks: Robots of one world lie within one of them; see `blocks_of`.
         margin_part: 1 less the margin at a distance of 1 m.
-        nearest: Out, shape (N, K).
+        nearest: Out, shape (N, K); not written where the count is 0.
+        count: Out: number of beams with wall, shape (N,).
     """
     num_beams = len(angles)
     ahead, unit = directions(angles), np.empty((num_beams, 2))
+    seen, gap = np.empty(num_beams), np.empty(num_beams)
     masker = np.empty(num_beams, dtype=np.int64)
     block = np.searchsorted(blocks, first, side="right") - 1
     for i in range(first, last):
         while blocks[block + 1] <= i:
             block += 1
+        count[i] = 0
+        furthest = read_scan(ranges, i, seen)
+        if furthest < 0.0:
+            continue
         cosine, sine = math.cos(heading[i]), math.sin(heading[i])
         for k in range(num_beams):
             unit[k, 0], unit[k, 1] = turned(ahead[k, 0], ahead[k, 1], cosine, sine)
-        mask_returns(
+        num_masked = mask_returns(
             i,
             blocks[block],
             blocks[block + 1],
             heading[i] + angles[0],
-            ranges,
+            seen,
+            furthest,
             unit,
             masker,
             position,
@@ -208,15 +286,11 @@ def find_walls(
             world,
             margin_part,
         )
-        before = nearest_in_gap(
-            i, num_beams - 1, 0, ranges, unit, masker, position, radius, margin_part
-        )
+        nearest_in_gaps(i, num_masked, seen, unit, masker, position, radius, margin_part, gap)
         for k in range(num_beams):
-            after = nearest_in_gap(
-                i, k, (k + 1) % num_beams, ranges, unit, masker, position, radius, margin_part
-            )
-            nearest[i, k] = min(before, after)
-            before = after
+            before = gap[k - 1] if k > 0 else gap[num_beams - 1]
+            nearest[i, k] = min(before, gap[k])
+            count[i] += 1 if math.isfinite(nearest[i, k]) else 0
 
 
 @kernel
@@ -235,6 +309,8 @@ def write_walls(
     ahead = directions(angles)
     for i in range(first, last):
         row = start[i]
+        if row == start[i + 1]:
+            continue
         cosine, sine = math.cos(heading[i]), math.sin(heading[i])
         for k in range(len(angles)):
             distance = nearest[i, k]

@@ -1,6 +1,7 @@
 """Which robots see which: all pairs within reach, in O(N) for a bounded density.
 
-Many small worlds that stand one after the other are searched each for itself, a large one by a hashed grid.
+Many small worlds that stand one after the other are searched each for itself, a large one by the grid of `dense_grid`,
+and what does not fit into that by a hashed one.
 
 Letters: N robots. Positions in m. The result is a compressed list: the neighbours of robot i are
 ``neighbours[start[i]:start[i + 1]]``, in no particular but always the same order.
@@ -16,11 +17,14 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.jit import formula, kernel
+from safefilter.dense_grid import box_of, fits_densely, list_at_once, list_densely
+from safefilter.jit import formula, kernel, source_of
 from safefilter.threads import over_ranges
 
 # Below this size every pair is looked at: a grid costs more than it saves.
 ALL_PAIRS_LIMIT = 48
+# Up to this size, lists take less time than it takes to share the work.
+AT_ONCE_LIMIT = 4096
 # Without a reach everyone sees everyone; past this size that is a mistake rather than a wish (100 MB of pairs).
 UNLIMITED_LIMIT = 5000
 # Cells are a little larger than the reach, so that rounding cannot put robots within reach two cells apart; that holds
@@ -47,6 +51,15 @@ def find_neighbours(
     blocks = blocks_of(world)
     if longest_list(blocks) <= ALL_PAIRS_LIMIT:
         return _pairs_in_blocks(position, world, reach, blocks)
+    if len(position) <= AT_ONCE_LIMIT:
+        is_listed, start, neighbours = _list_at_once(position, world, reach)
+        if is_listed:
+            return start, neighbours
+    elif _is_one_world(world):
+        cells = cells_of(position, reach)
+        box = box_of(cells)
+        if source_of(fits_densely)(box, len(position)):
+            return list_densely(position, cells, box, reach)
     grid = fill_grid(position, world, reach)
     parts: dict[int, tuple[IntArray, IntArray]] = {}
 
@@ -165,6 +178,40 @@ def bucket(cell_x: int, cell_y: int, world: int, num_buckets: int) -> int:
 def cell_along(coordinate: float, cell_size: float) -> int:
     """Number of the cell of a coordinate, along one axis."""
     return math.floor(min(max(coordinate / cell_size, -MAX_CELL), MAX_CELL))
+
+
+@kernel
+def _is_one_world(world: IntArray) -> bool:
+    """Are all robots in the same world?"""
+    for number in world:
+        if number != world[0]:
+            return False
+    return True
+
+
+@kernel
+def cells_of(position: FloatArray, reach: float) -> IntArray:
+    """Cells of all robots along x and y, shape (2, N)."""
+    cells = np.empty((2, len(position)), dtype=np.int64)
+    for i in range(len(position)):
+        cells[0, i] = cell_along(position[i, 0], CELL_MARGIN * reach)
+        cells[1, i] = cell_along(position[i, 1], CELL_MARGIN * reach)
+    return cells
+
+
+@kernel
+def _list_at_once(
+    position: FloatArray, world: IntArray, reach: float
+) -> tuple[bool, IntArray, IntArray]:
+    """Lists by the dense grid, if the crowd is one for it."""
+    if _is_one_world(world):
+        cells = cells_of(position, reach)
+        box = box_of(cells)
+        if fits_densely(box, len(position)):
+            start, neighbours = list_at_once(position, cells, box, reach)
+            return True, start, neighbours
+    nothing = np.empty(0, dtype=np.int64)
+    return False, nothing, nothing
 
 
 @kernel

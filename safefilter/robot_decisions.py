@@ -44,6 +44,7 @@ from safefilter.decision_check import check_decision, refused, require_decision
 from safefilter.errors import EmptyHardSet, InvalidInput, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import source_of
+from safefilter.kinematics.differential_drive import DifferentialDrive
 from safefilter.kinematics.drive import wanted_velocities
 from safefilter.kinematics.holonomic import Holonomic
 from safefilter.programs.convex_program import ConvexProgram
@@ -74,7 +75,7 @@ class RobotDecisions:
         Raises:
             ShapeError: If the fallback is not of shape (d,).
             NotFinite: If it is not finite.
-            InvalidInput: If something knows the plane only, and robots are in space.
+            InvalidInput: If something knows the plane only, and robots are in space; if steps differ in length.
         """
         self.kinematics = kinematics
         self._dimension = kinematics.dimension
@@ -110,6 +111,7 @@ class RobotDecisions:
                 self._orca = constraint.settings(number, self.kinematics.tracking_error)
             elif isinstance(constraint, Separation) and not self._separation.is_used:
                 constraint.require_dimension(self._dimension)
+                _require_one_step(constraint, self.kinematics)
                 self._separation = constraint.settings(
                     number, len(self.constraints) + 1, self.kinematics.omega_max
                 )
@@ -346,3 +348,16 @@ class RobotDecisions:
         outcome.velocity[empty] = self._fallback
         _, array, sections = self._rows(problem)
         self._kernels.finish_batch(problem, options, results, array, sections)
+
+
+def _require_one_step(separation: Separation, kinematics: Holonomic) -> None:
+    """Budgets and arcs must be of one step: an arc within the budgets of a longer one may pass those of this one.
+
+    Raises:
+        InvalidInput: If they are not.
+    """
+    if isinstance(kinematics, DifferentialDrive) and kinematics.dt != separation.dt:
+        raise InvalidInput(
+            f"dt: Separation is for steps of {separation.dt} s, DifferentialDrive for steps of {kinematics.dt} s; "
+            "give both the duration for which a command executes"
+        )

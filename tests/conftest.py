@@ -1,13 +1,14 @@
 """Settings of every test run: Hypothesis profiles, and one numba cache a worker.
 
 Profiles, chosen by the environment variable ``HYPOTHESIS_PROFILE``: ``dev`` (default; new examples at every run),
-``ci`` (the same examples at every run), ``coverage`` (few, because kernels are interpreted there).
+``ci`` (the same examples at every run), ``coverage`` (few, because kernels are interpreted there), ``mutants`` (the
+same few, and a failure is not shrunk), ``fuzz`` (very many, new ones at every run).
 """
 
 import os
 from pathlib import Path
 
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 # Workers that compile one kernel for different argument types at the same time can swap each other's files in
 # numba's cache, so each has its own. Must be set before numba is imported.
@@ -23,5 +24,13 @@ settings.register_profile("dev", deadline=None, suppress_health_check=[HealthChe
 settings.register_profile("ci", settings.get_profile("dev"), derandomize=True, print_blob=True)
 settings.register_profile(
     "coverage", settings.get_profile("dev"), max_examples=10, derandomize=True
+)
+settings.register_profile("fuzz", settings.get_profile("dev"), max_examples=2000)
+settings.register_profile(
+    "mutants",
+    settings.get_profile("coverage"),
+    database=None,
+    phases=[Phase.explicit, Phase.generate],
+    report_multiple_bugs=False,
 )
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dev"))

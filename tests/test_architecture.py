@@ -36,6 +36,7 @@ VAGUE_NAMES = {
 # Files that are tested through another one, because alone they do nothing that could be wrong.
 TESTED_ELSEWHERE: dict[str, str] = {
     "safefilter/differentiable/found.py": "test_answer",
+    "safefilter/differentiable/searched.py": "test_planar_search",
     "safefilter/constraints/constraint.py": "test_user_rows",
     "safefilter/constraints/scene_arrays.py": "test_separation",
     "safefilter/robot_decisions.py": "test_safety_filter",
@@ -71,7 +72,7 @@ EXTRA_OF_FOLDER = {
     "envs": ["demo", "learn"],
     "policies": ["demo", "learn"],
     "proofs": ["demo", "dev"],
-    "assurance": ["demo", "dev", "learn", "testing"],
+    "assurance": ["demo", "dev", "fuzz", "learn", "testing"],
     "benchmarks": ["bench", "demo", "dev", "learn"],
     "examples": ["demo", "dev", "learn", "testing"],
     "tests": ["demo", "dev", "learn", "testing"],

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from envs.scenarios.described import DescribedScenario
 from envs.scenarios.reading import read_specification
+from safefilter.arguments import file_path
 from safefilter.errors import InvalidInput
 
 LIBRARY = Path(__file__).parent / "library"
@@ -30,7 +31,7 @@ def load_scenario(name: str | Path) -> DescribedScenario:
         UnknownScenario: If the library has no such name.
         ScenarioFileError: If the file cannot be used: file, line and reason.
     """
-    path = Path(name)
+    path = file_path(name, "scenario")
     if path.suffix not in {".yaml", ".yml"}:
         if str(name) not in scenario_names():
             raise UnknownScenario(

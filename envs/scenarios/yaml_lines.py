@@ -10,6 +10,7 @@ from typing import Any, Self, cast
 import yaml
 from yaml.composer import ComposerError
 
+from safefilter.bounded_file import read_bounded
 from safefilter.errors import InvalidInput
 
 
@@ -70,12 +71,7 @@ class YamlFile:
                 aliases or tags.
         """
         try:
-            size = path.stat().st_size
-            if size > MAX_BYTES:
-                raise ScenarioFileError(
-                    f"{path}: expected at most {MAX_BYTES} bytes, got {size}; a map of that size is made by a program"
-                )
-            loader = _PlainLoader(path.read_text(encoding="utf-8"))
+            loader = _PlainLoader(read_bounded(path, MAX_BYTES).decode())
             root = loader.get_single_node()
             if root is None:
                 raise ScenarioFileError(f"{path}:1: the file is empty; expected a mapping")
@@ -89,6 +85,8 @@ class YamlFile:
             return cls(path, content, root)
         except ScenarioFileError:
             raise
+        except InvalidInput as error:  # too large, or no file
+            raise ScenarioFileError(str(error)) from None
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             line = 1 if mark is None else mark.line + 1

@@ -37,7 +37,7 @@ DEPENDENT_SINE = 1e-12
 # A share of a normal below this is rounding, and keeps no row from entering.
 SHARE_ROUNDING = 1e-12
 # A finite method on paper; rounding could make it cycle. Real scenes take under ten steps.
-MAX_STEPS = 300
+MAX_STEPS_PER_DIMENSION = 100
 REFINEMENTS = 2
 
 
@@ -63,6 +63,7 @@ class Room(NamedTuple):
         parts: Coefficients along the basis, shape (d,).
         shares: Coefficients along the normals held, shape (d,).
         rest: What the basis leaves of a vector, shape (d,).
+        distances: How far along each normal a point is, shape (capacity,).
     """
 
     point: FloatArray
@@ -71,6 +72,7 @@ class Room(NamedTuple):
     parts: FloatArray
     shares: FloatArray
     rest: FloatArray
+    distances: FloatArray
 
 
 @array_formula
@@ -80,8 +82,8 @@ def make_held(dimension: int) -> Held:
 
 
 @array_formula
-def make_room(dimension: int) -> Room:
-    """Allocate room to work in."""
+def make_room(dimension: int, capacity: int) -> Room:
+    """Allocate room to work in, for so many rows."""
     return Room(
         np.zeros(dimension),
         np.zeros((dimension, dimension)),
@@ -89,6 +91,7 @@ def make_room(dimension: int) -> Room:
         np.zeros(dimension),
         np.zeros(dimension),
         np.zeros(dimension),
+        np.zeros(capacity),
     )
 
 
@@ -110,16 +113,30 @@ def rounding_of(rows: Rows, k: int, point: FloatArray) -> float:
 
 
 @formula
-def most_violated(rows: Rows, relaxation: float, point: FloatArray) -> tuple[int, float]:
-    """Row violated most, and by how much; soft rows are relaxed first."""
+def most_violated(
+    rows: Rows, relaxation: float, point: FloatArray, room: Room
+) -> tuple[int, float]:
+    """Row violated most, and by how much; soft rows are relaxed first.
+
+    One axis after the other and all rows at once, in ``room.distances``: processors take several rows in one step.
+    """
     worst, violation, size = -1, -math.inf, len(point)
     inside = dot(point, point) <= rows.inner_radius * rows.inner_radius
-    for k in range(rows.num_sides if inside else 0, rows.num_hard):
-        distance = rows.array[size, k] - along(rows.array, k, point)
+    first = rows.num_sides if inside else 0
+    # Loops over parts of arrays begin at 0, where compilers see that no index is negative.
+    distances = room.distances[first : rows.num_rows]
+    for k in range(len(distances)):
+        distances[k] = 0.0
+    for c in range(size):
+        component, coordinate = rows.array[c, first : rows.num_rows], point[c]
+        for k in range(len(distances)):
+            distances[k] += component[k] * coordinate
+    for k in range(first, rows.num_hard):
+        distance = rows.array[size, k] - room.distances[k]
         if distance > violation:
             worst, violation = k, distance
     for k in range(rows.num_hard, rows.num_rows):
-        distance = rows.array[size, k] - relaxation - along(rows.array, k, point)
+        distance = rows.array[size, k] - relaxation - room.distances[k]
         if distance > violation:
             worst, violation = k, distance
     return worst, violation
@@ -142,16 +159,19 @@ def most_violated_of(
 def take_out(room: Room, count: int) -> None:
     """Split ``rest`` into ``parts`` along the basis and what is left, which stays in ``rest``.
 
-    Twice: what is left may be short, and then the first time leaves rounding along the basis in it.
+    Twice: what is left may be short, and then the first time leaves rounding along the basis in it. All parts are
+    taken before any is taken out: twice is enough then, too (Giraud et al. 2005), and no product waits for another.
+    Overwrites ``shares``.
     """
     for b in range(count):
         room.parts[b] = 0.0
     for _ in range(2):
         for b in range(count):
-            part = dot(room.basis[b], room.rest)
-            room.parts[b] += part
+            room.shares[b] = dot(room.basis[b], room.rest)
+            room.parts[b] += room.shares[b]
+        for b in range(count):
             for c in range(len(room.rest)):
-                room.rest[c] -= part * room.basis[b, c]
+                room.rest[c] -= room.shares[b] * room.basis[b, c]
 
 
 @formula
@@ -164,15 +184,20 @@ def split_normal(rows: Rows, k: int, count: int, room: Room) -> float:
 
 
 @formula
-def factorise(rows: Rows, held: Held, count: int, room: Room) -> None:
-    """Make basis and factor of the rows held."""
-    for a in range(count):
-        rest = split_normal(rows, held.rows[a], a, room)
-        for b in range(a):
-            room.factor[b, a] = room.parts[b]
-        room.factor[a, a] = rest
-        for c in range(len(room.rest)):
-            room.basis[a, c] = room.rest[c] / rest
+def extend_basis(room: Room, count: int, rest: float) -> None:
+    """Take the normal that `split_normal` has just split by this many others into basis and factor."""
+    for b in range(count):
+        room.factor[b, count] = room.parts[b]
+    room.factor[count, count] = rest
+    for c in range(len(room.rest)):
+        room.basis[count, c] = room.rest[c] / rest
+
+
+@formula
+def factorise(rows: Rows, held: Held, first: int, count: int, room: Room) -> None:
+    """Make basis and factor of the rows held, from row ``first`` on: those of the rows before it stand."""
+    for a in range(first, count):
+        extend_basis(room, a, split_normal(rows, held.rows[a], a, room))
 
 
 @formula
@@ -186,36 +211,47 @@ def solve_upper(room: Room, count: int) -> None:
 
 
 @formula
-def move_onto_rows(rows: Rows, relaxation: float, held: Held, count: int, room: Room) -> None:
-    """Move ``point`` within the span of the normals onto all rows held: factor' @ parts = what is missing."""
+def move_onto_rows(rows: Rows, relaxation: float, held: Held, count: int, room: Room) -> float:
+    """Move ``point`` within the span of the normals onto all rows held: factor' @ parts = what is missing.
+
+    Returns what was missing, all rows together.
+    """
+    total = 0.0
     for a in range(count):
         missing = relaxed_offset(rows, relaxation, held.rows[a])
         missing -= along(rows.array, held.rows[a], room.point)
+        total += abs(missing)
         for b in range(a):
             missing -= room.factor[b, a] * room.parts[b]
         room.parts[a] = missing / room.factor[a, a]
     for a in range(count):
         for c in range(len(room.point)):
             room.point[c] += room.parts[a] * room.basis[a, c]
+    return total
 
 
 @formula
 def hold(
     rows: Rows, relaxation: float, wanted: FloatArray, held: Held, count: int, room: Room
 ) -> None:
-    """Write the point of the rows held that is nearest to the wanted one, and their multipliers.
+    """Write the point of the rows held, with their basis, that is nearest to the wanted one, and their multipliers.
 
     From what the basis leaves of the wanted point, which is nothing for a corner, onto the rows: so it lies on them to
     the last places, however far off the wanted point is.
     """
-    factorise(rows, held, count, room)
     for c in range(len(wanted)):
-        room.rest[c] = wanted[c]
-    take_out(room, count)
+        room.rest[c] = wanted[c] if count < len(wanted) else 0.0
+    if count < len(wanted):
+        take_out(room, count)
     for c in range(len(wanted)):
-        room.point[c] = room.rest[c] if count < len(wanted) else 0.0
+        room.point[c] = room.rest[c]
     for _ in range(1 + REFINEMENTS):
-        move_onto_rows(rows, relaxation, held, count, room)
+        missing, size = move_onto_rows(rows, relaxation, held, count, room), 0.0
+        for c in range(len(wanted)):
+            size += abs(room.point[c])
+        # As in `planar_kernel.hold_by_two`: there is nothing left to gain.
+        if missing <= 0.25 * ROUNDING * size:
+            break
     for b in range(count):
         room.parts[b] = dot(room.basis[b], room.point) - dot(room.basis[b], wanted)
     solve_upper(room, count)
@@ -254,6 +290,7 @@ def add_row(
             return True, count + 1
         if blocking < 0 or (not is_dependent and violation <= step * rest * rest):
             held.rows[count] = r
+            extend_basis(room, count, rest)
             return False, count + 1
         if not is_dependent:
             violation -= step * rest * rest
@@ -262,7 +299,7 @@ def add_row(
             held.weights[a] -= step * room.shares[a]
         for a in range(blocking, count):
             held.rows[a], held.weights[a] = held.rows[a + 1], held.weights[a + 1]
-        factorise(rows, held, count, room)
+        factorise(rows, held, blocking, count, room)
 
 
 @formula
@@ -294,10 +331,10 @@ def project(
     count, threshold = 0, VIOLATED_PART * tolerance
     for c in range(len(wanted)):
         room.point[c] = wanted[c]
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_STEPS_PER_DIMENSION * len(wanted)):
         r, violation = most_violated_of(rows, relaxation, room.point, hint, num_hints)
         if r < 0 or violation <= threshold + rounding_of(rows, r, room.point):
-            r, violation = most_violated(rows, relaxation, room.point)
+            r, violation = most_violated(rows, relaxation, room.point, room)
             if r < 0 or violation <= threshold + rounding_of(rows, r, room.point):
                 return SOLVED, count
         contradiction, count = add_row(rows, r, violation, held, count, room)

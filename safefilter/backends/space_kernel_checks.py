@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from safefilter.arrays import FloatArray
 from safefilter.backends.planar_kernel import ROUNDING, Rows
-from safefilter.backends.space_kernel import Held, most_violated, relaxed_offset
+from safefilter.backends.space_kernel import Held, Room, most_violated, relaxed_offset
 from safefilter.jit import formula
 from safefilter.vectors import along, length
 
@@ -21,14 +21,14 @@ def is_nearest(
     tolerance: float,
     held: Held,
     count: int,
-    rest: FloatArray,
+    room: Room,
 ) -> bool:
     """Do the multipliers prove that the point is the nearest? Checked from the rows, not from the way there.
 
-    ``rest`` is scratch, shape (d,).
+    Of ``room``, ``rest`` and ``distances`` are scratch.
     """
-    _, violation = most_violated(rows, relaxation, point)
-    scale = 1.0
+    _, violation = most_violated(rows, relaxation, point, room)
+    scale, rest = 1.0, room.rest
     for c in range(len(wanted)):
         scale += abs(wanted[c])
         rest[c] = point[c] - wanted[c]

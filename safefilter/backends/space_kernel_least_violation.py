@@ -76,19 +76,20 @@ def least_violation(
             return CONTRADICTION, count, math.inf, relaxation, proof_count
         is_raised = bound > least
         least = max(bound, least)
-        if is_raised and attempt < EXACT_ROUNDS:
-            # Where rows are all but parallel, less than the tolerance in t* moves the nearest point far: so the bound
-            # is raised without any slack for as long as rounding lets it rise, and without a hint, because the same
-            # rows again would hide by their rounding the one that decides.
-            relaxation = least
-            status, count = project(rows, relaxation, wanted, 0.0, held, proof.rows, 0, room)
-            if status == CONTRADICTION:
-                continue
-        # Rounding must not let the bound stand still: then the slack grows, and the check afterwards tells.
-        relaxation = max(least, relaxation) + tolerance
-        status, count = project(
-            rows, relaxation, wanted, tolerance, held, proof.rows, proof_count, room
-        )
+        # Where rows are all but parallel, less than the tolerance in t* moves the nearest point far: so the bound is
+        # raised without any slack for as long as rounding lets it rise, and without a hint, because the same rows
+        # again would hide by their rounding the one that decides.
+        is_exact = is_raised and attempt < EXACT_ROUNDS
+        while True:
+            # Rounding must not let the bound stand still: then the slack grows, and the check afterwards tells.
+            relaxation = least if is_exact else max(least, relaxation) + tolerance
+            accuracy, num_hints = (0.0, 0) if is_exact else (tolerance, proof_count)
+            status, count = project(
+                rows, relaxation, wanted, accuracy, held, proof.rows, num_hints, room
+            )
+            if status == CONTRADICTION or not is_exact:
+                break
+            is_exact = False
         if status == SOLVED:
             return SOLVED, count, least, relaxation, proof_count
         if status == STALLED:

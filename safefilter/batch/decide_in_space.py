@@ -49,10 +49,12 @@ class DecisionRoom(NamedTuple):
 
 
 @array_formula
-def make_decision_room(num_neighbours: int, dimension: int) -> DecisionRoom:
-    """Allocate room to decide in."""
+def make_decision_room(num_neighbours: int, dimension: int, capacity: int) -> DecisionRoom:
+    """Allocate room to decide in, on so many rows."""
     return DecisionRoom(
-        make_row_room(num_neighbours, dimension), make_solver_room(dimension), np.zeros(dimension)
+        make_row_room(num_neighbours, dimension),
+        make_solver_room(dimension, capacity),
+        np.zeros(dimension),
     )
 
 
@@ -86,7 +88,8 @@ def decide_one_in_space(
         # To the right as seen from above: about the last axis, as aircraft do.
         target[0] = options.bias_cos * wanted[0] + options.bias_sin * wanted[1]
         target[1] = options.bias_cos * wanted[1] - options.bias_sin * wanted[0]
-        solve_in_space(problem, options, out, k, rows, sections, room.solver, target)
+        inner_radius = problem.limits.inner_radius * problem.limits.v_max[i]
+        solve_in_space(out, k, rows, room.solver, sections, inner_radius, limit, target, tolerance)
     finish_in_space(problem, options, out, k, rows.array, sections, room.action)
 
 
@@ -133,7 +136,7 @@ def decide_range_in_space(
     size = problem.wanted.shape[1]
     buffers = row_buffers(1, problem.capacity, size)
     rows = RowLabels(buffers.array[0], buffers.label[0])
-    room = make_decision_room(problem.num_neighbours, size)
+    room = make_decision_room(problem.num_neighbours, size, problem.capacity)
     for k in range(first, last):
         decide_one_in_space(problem, options, out, k, rows, room)
 

@@ -16,7 +16,7 @@ from safefilter.batch.program import (
     STALLED_FAULT,
     write_labels,
 )
-from safefilter.batch.records import Options, Outcome, Problem
+from safefilter.batch.records import Outcome
 from safefilter.batch.rows_in_space import hold_in_space, soft_violation_in_space
 from safefilter.constraints.row_buffers import RowLabels, Sections
 from safefilter.jit import array_formula, formula
@@ -38,9 +38,9 @@ class SolverRoom(NamedTuple):
 
 
 @array_formula
-def make_solver_room(dimension: int) -> SolverRoom:
-    """Allocate room to solve in."""
-    return SolverRoom(make_held(dimension), make_held(dimension), make_room(dimension))
+def make_solver_room(dimension: int, capacity: int) -> SolverRoom:
+    """Allocate room to solve in, for so many rows."""
+    return SolverRoom(make_held(dimension), make_held(dimension), make_room(dimension, capacity))
 
 
 @formula
@@ -57,24 +57,20 @@ def write_proofs(
 
 @formula
 def solve_in_space(
-    problem: Problem,
-    options: Options,
     out: Outcome,
     k: int,
     rows: RowLabels,
-    sections: Sections,
     solver: SolverRoom,
+    sections: Sections,
+    inner_radius: float,
+    limit: float,
     wanted: FloatArray,
+    tolerance: float,
 ) -> None:
-    """Case-2 and Case-3: write case, proof and velocity of decision k."""
-    i, limits, tolerance = problem.index[k], problem.limits, options.tolerance
+    """Case-2 and Case-3: write case, proof and velocity of decision k; arguments as of `batch.program.solve`."""
     held, proof, room = solver.held, solver.proof, solver.room
     system = Rows(
-        rows.array,
-        sections.num_rows,
-        sections.num_hard,
-        sections.num_sides,
-        limits.inner_radius * limits.v_max[i],
+        rows.array, sections.num_rows, sections.num_hard, sections.num_sides, inner_radius
     )
     out.case[k] = PROJECTED
     relaxation, proof_count, is_proved = 0.0, 0, True
@@ -86,7 +82,7 @@ def solve_in_space(
         if least > tolerance:
             out.case[k] = LEAST_VIOLATION
             is_proved = relaxation <= least + 2.0 * tolerance and is_proof(
-                system, least, limits.speed_limit[i], tolerance, proof, proof_count, room.rest
+                system, least, limit, tolerance, proof, proof_count, room.rest
             )
         else:
             proof_count = 0
@@ -100,7 +96,7 @@ def solve_in_space(
         )
         out.fault[k] = EMPTY_HARD_SET if is_empty else STALLED_FAULT
     out.optimal[k] = is_proved and is_nearest(
-        system, relaxation, wanted, room.point, tolerance, held, count, room.rest
+        system, relaxation, wanted, room.point, tolerance, held, count, room
     )
     out.violation[k] = soft_violation_in_space(rows.array, sections, room.point)
     write_proofs(out, k, rows, solver, count, proof_count)

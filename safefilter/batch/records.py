@@ -16,6 +16,7 @@ from safefilter.constraints.priority_orca import OrcaSettings
 from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import SeparationSettings
 from safefilter.constraints.static_obstacles import StaticSettings
+from safefilter.constraints.urgency import room_to_choose
 from safefilter.constraints.user_rows import UserRows
 from safefilter.jit import array_formula
 from safefilter.kinematics.drive import Drive
@@ -114,7 +115,7 @@ class Scratch(NamedTuple):
     """Room to work in, made once for a range of decisions: formulas make no arrays.
 
     Attributes:
-        chosen: Neighbours kept, as long as the longest list of neighbours.
+        chosen: Neighbours kept; see `room_to_choose`.
         keys: What they are ordered by.
         active: Rows that hold a point, shape (3,).
         multipliers: Their multipliers, shape (3,).
@@ -133,9 +134,10 @@ class Scratch(NamedTuple):
 @array_formula
 def make_scratch(num_neighbours: int) -> Scratch:
     """Allocate room to work in."""
+    chosen, keys = room_to_choose(num_neighbours)
     return Scratch(
-        np.empty(num_neighbours, dtype=np.int64),
-        np.empty(num_neighbours),
+        chosen,
+        keys,
         np.empty(3, dtype=np.int64),
         np.empty(3),
         np.empty(3, dtype=np.int64),

@@ -15,6 +15,7 @@ from safefilter.constraints.margins import NO_MARGINS
 from safefilter.constraints.priority_orca import add_orca_rows
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
 from safefilter.constraints.separation import add_separation_rows
+from safefilter.constraints.urgency import room_to_choose
 from safefilter.constraints.user_rows import UserRows
 from safefilter.constraints.walls import add_wall_rows
 from safefilter.jit import formula, kernel
@@ -113,8 +114,7 @@ def collect_rows(problem: Problem) -> tuple[FloatArray, IntArray, IntArray]:
     num_decisions = len(problem.index)
     rows = row_buffers(num_decisions, problem.capacity)
     sections = np.zeros((num_decisions, NUM_SECTIONS), dtype=np.int64)
-    chosen = np.empty(problem.num_neighbours, dtype=np.int64)
-    keys = np.empty(problem.num_neighbours)
+    chosen, keys = room_to_choose(problem.num_neighbours)
     for k in range(num_decisions):
         own = make_rows(problem, k, RowLabels(rows.array[k], rows.label[k]), chosen, keys)
         for part in range(NUM_SECTIONS):

@@ -16,6 +16,7 @@ from safefilter.constraints.encounter_plane import Meeting, make_meeting
 from safefilter.constraints.orca_in_space import add_orca_rows_in_space
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
 from safefilter.constraints.separation_in_space import add_separation_rows_in_space
+from safefilter.constraints.urgency import room_to_choose
 from safefilter.jit import array_formula, formula, kernel
 from safefilter.vectors import along
 
@@ -24,7 +25,7 @@ class RowRoom(NamedTuple):
     """Room to make rows in.
 
     Attributes:
-        chosen: Neighbours kept, as long as the longest list of neighbours.
+        chosen: Neighbours kept; see `room_to_choose`.
         keys: What they are ordered by.
         meeting: One pair at a time.
     """
@@ -37,9 +38,8 @@ class RowRoom(NamedTuple):
 @array_formula
 def make_row_room(num_neighbours: int, dimension: int) -> RowRoom:
     """Allocate room to make rows in."""
-    return RowRoom(
-        np.empty(num_neighbours, dtype=np.int64), np.empty(num_neighbours), make_meeting(dimension)
-    )
+    chosen, keys = room_to_choose(num_neighbours)
+    return RowRoom(chosen, keys, make_meeting(dimension))
 
 
 @formula

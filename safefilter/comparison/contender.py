@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import NamedTuple
 
+from safefilter.arguments import require_kinds
 from safefilter.backend_answer import LINEAR_BACKEND, Solvers
 from safefilter.backends.registry import is_registered, make_backend
 
@@ -66,11 +67,15 @@ def make_contender(contender: Contender, scale: float) -> Solvers:
 
 
 def contenders_of(backends: Iterable[str], settings: Iterable[Setting]) -> tuple[Contender, ...]:
-    """All backends at all settings; one that was registered has no setting of its authors'."""
-    chosen = tuple(settings)
+    """All backends at all settings; one that was registered has no setting of its authors'.
+
+    Raises:
+        InvalidInput: If a name is no text, or a setting none of `Setting`.
+    """
+    chosen = require_kinds(settings, "settings", Setting)
     return tuple(
         Contender(backend, setting)
-        for backend in backends
+        for backend in require_kinds(backends, "backends", str)
         for setting in chosen
         if not (setting is Setting.DEFAULT and is_registered(backend))
     )

@@ -12,7 +12,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from safefilter.arrays import FloatArray
+from safefilter.arguments import require_kind
+from safefilter.arrays import FloatArray, positive_number
 from safefilter.comparison.problem import Problem, Truth
 from safefilter.decision import Case
 from safefilter.exact import (
@@ -43,7 +44,10 @@ def truth_of(problem: Problem, tolerance: float) -> Truth:
 
     Raises:
         ArithmeticError: If the exact steps do not settle, which no problem is known to do.
+        InvalidInput: If it is no problem, or the tolerance not above zero.
     """
+    require_kind(problem, "problem", Problem)
+    tolerance = positive_number(tolerance, "tolerance")
     first = _settled(nearest_velocity(problem.rows, 0, problem.wanted))
     margin = _margin(problem)
     if first.outcome is Outcome.OPTIMAL:

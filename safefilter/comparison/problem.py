@@ -15,12 +15,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import BoolArray, FloatArray, finite_array, frozen, positive_number
+from safefilter.arguments import (
+    real_number,
+    require_kind,
+    require_kinds,
+    require_mapping,
+    whole_number,
+)
+from safefilter.arrays import (
+    BoolArray,
+    FloatArray,
+    finite_array,
+    frozen,
+    number_array,
+    positive_number,
+)
 from safefilter.decision import Case
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 
 # Kinds of sets: the built-in solver works in the plane.
+# Rows that say nothing: more of them would only fill memory.
+MOST_PADDING = 100_000
 PLANE = "all in the plane"
 OTHERS = "all in other dimensions"
 
@@ -73,19 +89,21 @@ class Problem:
         Raises:
             ShapeError: If shapes do not belong together.
             NotFinite: If a number is NaN or infinite.
-            InvalidInput: If a normal is not of length 1.
+            InvalidInput: If a normal is not of length 1, or something is no number.
             OutOfRange: If one of the last three cannot be used.
         """
         size = positive_number(scale, "scale")
-        if not radius > 0.0:
-            raise OutOfRange(f"radius: expected a number above 0, or infinity, got {radius}")
-        if padding < 0:
-            raise OutOfRange(f"padding: expected a number of rows from 0 up, got {padding}")
+        bound = real_number(radius, "radius")
+        if not bound > 0.0:
+            raise OutOfRange(f"radius: expected a number above 0, or infinity, got {bound}")
+        num_padding = whole_number(padding, "padding", 0)
+        if num_padding > MOST_PADDING:
+            raise OutOfRange(f"padding: expected at most {MOST_PADDING} rows, got {num_padding}")
         target = finite_array(wanted, "wanted", ("d",))
         if len(target) == 0:
             raise ShapeError("wanted: expected at least one number, got none")
         rows = _rows(len(target), normals, offsets, hard)
-        return cls(sequence, frozen(target), rows, size, float(radius), int(padding))
+        return cls(str(sequence), frozen(target), rows, size, bound, num_padding)
 
     @property
     def dimension(self) -> int:
@@ -120,7 +138,7 @@ def _rows(
         ShapeError: If shapes do not belong together.
     """
     bounds = finite_array(offsets, "offsets", ("M",))
-    flags = np.array(hard, dtype=np.bool_)
+    flags = number_array(hard, "hard", "flags").astype(np.bool_)
     if flags.shape != bounds.shape:
         raise ShapeError(f"hard: expected shape {bounds.shape}, got {flags.shape}")
     labels = np.zeros((1, len(bounds), 2), dtype=np.int64)
@@ -185,10 +203,14 @@ class ProblemSet:
         """Check.
 
         Raises:
-            InvalidInput: If there is no name, or no problem.
+            InvalidInput: If there is no name, or no problem, or something is of another kind.
         """
+        for field in ("name", "description", "unit"):
+            require_kind(getattr(self, field), field, str)
         if not self.name:
             raise InvalidInput("name: expected a word to call the set by, got none")
+        object.__setattr__(self, "problems", require_kinds(self.problems, "problems", Problem))
+        require_kinds(require_mapping(self.truths, "truths").values(), "truths", Truth)
         if not self.problems:
             raise InvalidInput(f"problems: the set {self.name!r} holds none")
 

@@ -25,7 +25,9 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from safefilter.arguments import file_path
 from safefilter.arrays import FloatArray, finite_array
+from safefilter.bounded_file import read_bounded
 from safefilter.comparison.problem import Problem, ProblemSet, Truth
 from safefilter.decision import Case
 from safefilter.errors import InvalidInput, ShapeError
@@ -35,6 +37,8 @@ VERSION = 1
 COMPACT = (",", ":")
 # Larger numbers are shorter with an exponent.
 LARGEST_WHOLE = 1e6
+# Largest file that is read, a million problems: in memory it takes several times as much.
+MAX_BYTES = 2**30
 
 
 def write_problems(path: Path, problems: ProblemSet) -> None:
@@ -87,9 +91,9 @@ def read_problems(path: str | Path) -> ProblemSet:
     Raises:
         InvalidInput: If the file cannot be read, is no such file, or holds something else; says in which line.
     """
-    path = Path(path)
+    path = file_path(path, "path")
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_bounded(path, MAX_BYTES).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidInput(f"{path}: expected a readable file of problems: {error}") from None
     *lines, rest = text.split("\n")
@@ -111,7 +115,7 @@ def read_problems(path: str | Path) -> ProblemSet:
             problem = _problem(entry, shared)
             if "answer" in entry:
                 truths[number] = _truth(entry["answer"], problem.dimension)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
             raise InvalidInput(f"{path}, line {number + 2}: {_reason(error)}") from None
         problems.append(problem)
     try:
@@ -163,7 +167,8 @@ def _reason(error: Exception) -> str:
 def _object(path: Path, number: int, line: str) -> dict[str, Any]:
     try:
         value = json.loads(line)
-    except (json.JSONDecodeError, RecursionError) as error:
+    # Numbers of too many digits are no JSONDecodeError.
+    except (ValueError, RecursionError) as error:
         raise InvalidInput(f"{path}, line {number}: expected JSON: {error}") from None
     if not isinstance(value, dict):
         raise InvalidInput(f"{path}, line {number}: expected an object, got {line[:80]!r}")

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from safefilter.arguments import file_path
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.comparison.problem import Problem
 from safefilter.comparison.problem_file import header, line_of, write_line
@@ -36,7 +36,7 @@ class Recorder:
         Raises:
             InvalidInput: If there is a file already, or no folder for it.
         """
-        self.path = Path(path)
+        self.path = file_path(path, "record")
         if self.path.exists():
             raise InvalidInput(
                 f"record: {self.path} exists already; move it away, or choose another name"

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from time import monotonic
 from typing import NamedTuple
 
+from safefilter.arguments import require_kind, require_kinds
 from safefilter.backends.registry import backend_factory, is_registered
 from safefilter.comparison.attempt import Attempt, Fate
 from safefilter.comparison.closed_loop import Crossing
@@ -104,10 +105,15 @@ def compare_backends(
         progress: Told of each task: how many are done, how many there are, and what is next.
 
     Raises:
-        InvalidInput: If there are no problems or no contenders, two sets have one name, or a backend that was
-            registered cannot be sent to another process.
+        InvalidInput: If there are no problems or no contenders, one of them is something else, two sets have one name,
+            or a backend that was registered cannot be sent to another process.
     """
-    run = _Run(tuple(sets), tuple(contenders), plan or Plan(), progress or _say_nothing)
+    run = _Run(
+        require_kinds(sets, "sets", ProblemSet),
+        require_kinds(contenders, "contenders", Contender),
+        Plan() if plan is None else require_kind(plan, "plan", Plan),
+        progress or _say_nothing,
+    )
     return run.result()
 
 

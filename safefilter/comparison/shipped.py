@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
+from safefilter.arguments import require_kind
 from safefilter.comparison.problem import ProblemSet
 from safefilter.comparison.problem_file import read_problems
 from safefilter.errors import InvalidInput
@@ -39,6 +40,7 @@ def shipped_set(name: str) -> ProblemSet:
     Raises:
         InvalidInput: If there is none of this name; lists those that there are.
     """
+    require_kind(name, "name", str)
     if name not in SHIPPED:
         close = difflib.get_close_matches(name, SHIPPED, n=1)
         hint = f" Did you mean {close[0]!r}?" if close else ""

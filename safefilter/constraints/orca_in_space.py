@@ -8,6 +8,7 @@ Letters: B decisions, N robots, d dimensions. m, m/s, s.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,12 @@ from safefilter.constraints.encounter_plane import Meeting, find_plane, make_mee
 from safefilter.constraints.responsibility import row_offset, share_of_change
 from safefilter.constraints.row_buffers import RowLabels, row_buffers
 from safefilter.constraints.scene_arrays import SceneArrays
-from safefilter.constraints.urgency import keep_if_urgent, time_to_touch, urgency
+from safefilter.constraints.urgency import (
+    keep_most_urgent,
+    room_to_choose,
+    time_to_touch,
+    urgency,
+)
 from safefilter.constraints.v_opt import OWN, SHARED
 from safefilter.constraints.velocity_obstacle import nearest_boundary
 from safefilter.jit import formula, kernel
@@ -44,11 +50,12 @@ def meet(
 def most_urgent_in_space(
     scene: SceneArrays, settings: OrcaSettings, i: int, chosen: IntArray, keys: FloatArray
 ) -> int:
-    """Write the ``max_neighbours`` most urgent neighbours of i to ``chosen``, in order; returns how many."""
-    state, count = scene.state, 0
+    """Write the ``max_neighbours`` most urgent of i's neighbours, who are more, to ``chosen``, in order."""
+    state, start = scene.state, scene.neighbour_start[i]
+    count, largest = scene.neighbour_start[i + 1] - start, -math.inf
     size, v_column, _, radius, _ = columns_of(state)
-    for k in range(scene.neighbour_start[i], scene.neighbour_start[i + 1]):
-        j = scene.neighbours[k]
+    for k in range(count):
+        j = scene.neighbours[start + k]
         distance_squared, closing, speed_squared = 0.0, 0.0, 0.0
         for c in range(size):
             p, v = state[j, c] - state[i, c], state[i, v_column + c] - state[j, v_column + c]
@@ -60,8 +67,11 @@ def most_urgent_in_space(
             combined = state[i, radius] + state[j, radius]
             gap_squared = distance_squared - combined * combined
             key = urgency(key, time_to_touch(gap_squared, closing, speed_squared))
-        count = keep_if_urgent(chosen, keys, count, settings.max_neighbours, j, key)
-    return count
+        keys[k] = key
+        largest = max(largest, key)
+    return keep_most_urgent(
+        chosen, keys, scene.neighbours, start, count, settings.max_neighbours, largest
+    )
 
 
 @formula
@@ -78,7 +88,7 @@ def add_orca_rows_in_space(
 ) -> int:
     """Write robot i's half-spaces, Eq. (15), from ``count`` on; returns the new count.
 
-    ``chosen`` and ``keys`` are scratch, as long as the longest list of neighbours; so is ``meeting``.
+    ``chosen`` and ``keys`` are of `room_to_choose`; ``meeting`` is scratch, too.
     """
     if not settings.is_used:
         return count
@@ -131,8 +141,7 @@ def orca_rows_in_space(
     size = action.shape[1]
     rows, meeting = row_buffers(len(index), capacity, size), make_meeting(size)
     count = np.zeros(len(index), dtype=np.int64)
-    chosen = np.empty(capacity, dtype=np.int64)
-    keys = np.empty(capacity)
+    chosen, keys = room_to_choose(capacity)
     for k in range(len(index)):
         own = RowLabels(rows.array[k], rows.label[k])
         count[k] = add_orca_rows_in_space(

@@ -25,7 +25,12 @@ from safefilter.constraints.orca_in_space import orca_rows_in_space
 from safefilter.constraints.responsibility import row_offset, share_of_change
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
 from safefilter.constraints.scene_arrays import SceneArrays
-from safefilter.constraints.urgency import keep_if_urgent, time_to_collision, urgency
+from safefilter.constraints.urgency import (
+    keep_most_urgent,
+    room_to_choose,
+    time_to_collision,
+    urgency,
+)
 from safefilter.constraints.v_opt import CURRENT, optimisation_velocities
 from safefilter.constraints.velocity_obstacle import encounter, norm_boundary
 from safefilter.errors import InvalidInput
@@ -83,18 +88,22 @@ def grown_radius(combined_radius: float, distance: float, tracking_error: float)
 def most_urgent(
     scene: SceneArrays, settings: OrcaSettings, i: int, chosen: IntArray, keys: FloatArray
 ) -> int:
-    """Write the ``max_neighbours`` most urgent neighbours of i to ``chosen``, in order; returns how many."""
-    state, count = scene.state, 0
-    for k in range(scene.neighbour_start[i], scene.neighbour_start[i + 1]):
-        j = scene.neighbours[k]
+    """Write the ``max_neighbours`` most urgent of i's neighbours, who are more, to ``chosen``, in order."""
+    state, start = scene.state, scene.neighbour_start[i]
+    count, largest = scene.neighbour_start[i + 1] - start, -math.inf
+    for k in range(count):
+        j = scene.neighbours[start + k]
         p_x, p_y = state[j, X] - state[i, X], state[j, Y] - state[i, Y]
         key = p_x * p_x + p_y * p_y
         if settings.is_by_time:
             v_x, v_y = state[i, V_X] - state[j, V_X], state[i, V_Y] - state[j, V_Y]
             time = time_to_collision(p_x, p_y, v_x, v_y, state[i, RADIUS] + state[j, RADIUS])
             key = urgency(key, time)
-        count = keep_if_urgent(chosen, keys, count, settings.max_neighbours, j, key)
-    return count
+        keys[k] = key
+        largest = max(largest, key)
+    return keep_most_urgent(
+        chosen, keys, scene.neighbours, start, count, settings.max_neighbours, largest
+    )
 
 
 @formula
@@ -111,7 +120,7 @@ def add_orca_rows(
 ) -> int:
     """Write robot i's half-planes, Eq. (15), from ``count`` on; returns the new count.
 
-    ``chosen`` and ``keys`` are scratch, as long as the longest list of neighbours.
+    ``chosen`` and ``keys`` are of `room_to_choose`.
     """
     if not settings.is_used:
         return count
@@ -260,8 +269,7 @@ def _orca_rows(
 ) -> tuple[FloatArray, IntArray, IntArray]:
     rows = row_buffers(len(index), capacity)
     count = np.zeros(len(index), dtype=np.int64)
-    chosen = np.empty(capacity, dtype=np.int64)
-    keys = np.empty(capacity)
+    chosen, keys = room_to_choose(capacity)
     for k in range(len(index)):
         own = RowLabels(rows.array[k], rows.label[k])
         count[k] = add_orca_rows(

@@ -15,13 +15,17 @@ from safefilter.arrays import FloatArray
 from safefilter.differentiable.dense_search import dense_search
 from safefilter.differentiable.exact_answer import exact_answer
 from safefilter.differentiable.found import NO_ROW, Found, TensorRows
-from safefilter.differentiable.planar_search import PlaneRows, planar_search
+from safefilter.differentiable.given_rows import (
+    ACTION_UNUSABLE,
+    ALL_USABLE,
+    UNIT_ROUNDING,
+    GivenRows,
+)
+from safefilter.differentiable.planar_search import planar_search
 from safefilter.differentiable.products import lengths
+from safefilter.differentiable.space_search import space_search
 from safefilter.errors import EmptyHardSet, NotFinite, OutOfRange
 from safefilter.half_spaces import HalfSpaces
-
-# Rows this near to length one are left as they are: those of `HalfSpaces` come back bit for bit.
-UNIT_ROUNDING = 4.0 * 2.2e-16
 
 
 def answer(action: Tensor, given: TensorRows, tolerance: float) -> Found:
@@ -38,15 +42,42 @@ def answer(action: Tensor, given: TensorRows, tolerance: float) -> Found:
         EmptyHardSet: If hard rows contradict each other.
         BackendFailed: If even exact arithmetic did not settle.
     """
-    if not bool(torch.isfinite(action).all()):
-        place = int(torch.nonzero(~torch.isfinite(action).all(1))[0, 0])
-        raise NotFinite(f"action of decision {place}: expected finite numbers, got NaN or infinity")
-    rows = unit_rows(given)
-    search = _plane if action.device.type == "cpu" and action.shape[1] == 2 else dense_search
-    found = search(action, rows, tolerance)
+    search = _compiled if action.device.type == "cpu" else _in_torch
+    found = search(action, given, tolerance)
     if not bool(found.is_proved.all()):
-        _repair(found, action, rows, tolerance)
+        repair(found, action, unit_rows(given), tolerance)
     return found
+
+
+def _in_torch(action: Tensor, given: TensorRows, tolerance: float) -> Found:
+    """Search on any device.
+
+    Raises:
+        NotFinite: If an action or a row that is present is NaN or infinite.
+        OutOfRange: If a normal is zero.
+    """
+    is_usable = torch.isfinite(action).all(1)
+    if not bool(is_usable.all()):
+        _refuse_action(int(torch.nonzero(~is_usable)[0, 0]))
+    return dense_search(action, unit_rows(given), tolerance)
+
+
+def _compiled(action: Tensor, given: TensorRows, tolerance: float) -> Found:
+    """Hand a batch over to a compiled search, which divides rows by their lengths itself.
+
+    Raises:
+        NotFinite: If an action or a row that is present is NaN or infinite.
+        OutOfRange: If a normal is zero.
+    """
+    arrays = GivenRows(*(field.contiguous().numpy() for field in given))
+    search = planar_search if action.shape[1] == 2 else space_search
+    *columns, unusable = search(action.contiguous().numpy(), arrays, tolerance)
+    if (unusable != ALL_USABLE).any():
+        decision = int((unusable != ALL_USABLE).argmax())
+        if unusable[decision] == ACTION_UNUSABLE:
+            _refuse_action(decision)
+        _refuse(lengths(given.normals), decision, int(unusable[decision]))
+    return Found(*map(torch.from_numpy, columns))
 
 
 def unit_rows(given: TensorRows) -> TensorRows:
@@ -64,21 +95,29 @@ def unit_rows(given: TensorRows) -> TensorRows:
         return given
     is_usable = torch.isfinite(length) & (length > 0.0) & is_finite
     if not bool((is_usable | ~present).all()):
-        _refuse(length, torch.nonzero(~is_usable & present)[0])
+        _refuse(length, *torch.nonzero(~is_usable & present)[0].tolist())
     length = torch.where(is_unit | ~is_usable, 1.0, length)
     # What is absent may be anything, but must not spread.
     normals = torch.where(is_usable[:, :, None], normals / length[:, :, None], 0.0)
     return TensorRows(normals, torch.where(is_usable, offsets / length, 0.0), hard, present)
 
 
-def _refuse(length: Tensor, place: Tensor) -> NoReturn:
+def _refuse_action(decision: int) -> NoReturn:
+    """Say which action is not finite.
+
+    Raises:
+        NotFinite: Always.
+    """
+    raise NotFinite(f"action of decision {decision}: expected finite numbers, got NaN or infinity")
+
+
+def _refuse(length: Tensor, decision: int, row: int) -> NoReturn:
     """Say what is wrong with a row.
 
     Raises:
         NotFinite: If it is NaN or infinite.
         OutOfRange: If its normal is zero.
     """
-    decision, row = place.tolist()
     if float(length[decision, row]) == 0.0:
         raise OutOfRange(
             f"normals of decision {decision}, row {row}: expected a direction, got zeros; "
@@ -89,23 +128,7 @@ def _refuse(length: Tensor, place: Tensor) -> NoReturn:
     )
 
 
-def _plane(action: Tensor, rows: TensorRows, tolerance: float) -> Found:
-    """Hand a batch over to the compiled search, and take over its results."""
-    arrays = PlaneRows(*(field.contiguous().numpy() for field in rows))
-    out = planar_search(action.contiguous().numpy(), arrays, tolerance)
-    columns = (
-        out.velocity,
-        out.case,
-        out.active[:, ::2],
-        out.multipliers,
-        out.proof[:, ::2],
-        out.proof_multipliers,
-        out.optimal,
-    )
-    return Found(*(torch.from_numpy(np.ascontiguousarray(column)) for column in columns))
-
-
-def _repair(found: Found, action: Tensor, rows: TensorRows, tolerance: float) -> None:
+def repair(found: Found, action: Tensor, rows: TensorRows, tolerance: float) -> None:
     """Answer in exact arithmetic what the search could not prove.
 
     Raises:

@@ -1,5 +1,7 @@
 """Search in any number of dimensions, on any device, in torch alone: Case-1, Case-2 and Case-3 of a whole batch.
 
+It runs on CUDA; the CPU has compiled searches, and tests hold them to this one.
+
 Letters: B decisions, M rows, n variables.
 """
 
@@ -15,8 +17,8 @@ from safefilter.decision import Case
 from safefilter.differentiable.dense_least_violation import Relaxed, least_violation, relaxed
 from safefilter.differentiable.dense_steps import project
 from safefilter.differentiable.found import NO_ROW, Found, TensorRows
+from safefilter.differentiable.given_rows import PROOF_RADIUS
 from safefilter.differentiable.orthonormal import Orthonormal
-from safefilter.differentiable.planar_search import PROOF_RADIUS
 from safefilter.differentiable.products import combined, lengths, picked_rows, times
 
 

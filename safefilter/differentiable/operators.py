@@ -15,7 +15,13 @@ from torch import Tensor
 
 from safefilter.differentiable.answer import answer
 from safefilter.differentiable.found import TensorRows
-from safefilter.differentiable.sensitivity import Answered, gradients, least_violation_of
+from safefilter.differentiable.sensitivity import (
+    Answered,
+    Gradients,
+    gradients,
+    least_violation_of,
+)
+from safefilter.differentiable.sensitivity_kernel import AnsweredArrays, compiled_gradients
 
 
 @torch.library.custom_op(
@@ -81,8 +87,14 @@ def _shapes(action: Tensor, *_: Tensor | float) -> tuple[Tensor, ...]:
 def project_backward(
     of_point: Tensor, of_least: Tensor, *given: Tensor
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Gradients of an answer, see `safefilter.differentiable.sensitivity.gradients`."""
-    return gradients(Answered(*given), of_point, of_least)
+    """Gradients of an answer, see `safefilter.differentiable.sensitivity`; compiled on the CPU."""
+    if of_point.device.type != "cpu":
+        return gradients(Answered(*given), of_point, of_least)
+    of_point_array, of_least_array, *arrays = (
+        field.contiguous().numpy() for field in (of_point, of_least, *given)
+    )
+    compiled = compiled_gradients(AnsweredArrays(*arrays), of_point_array, of_least_array)
+    return Gradients(*map(torch.from_numpy, compiled))
 
 
 @project_backward.register_fake

@@ -1,9 +1,9 @@
 """Projection: the filter's answer as a torch module, with gradients. Eqs. (17) and (18) of Qin et al.
 
 The forward pass is a search for the rows that hold the answer, the backward pass the derivative of the answer on those
-rows, in closed form (`sensitivity`). In the plane on the CPU the search is that of `SafetyFilter`, compiled
-(`planar_search`); elsewhere a dense active set in torch (`dense_search`): other numbers of dimensions, and CUDA. What a
-search cannot prove, exact arithmetic answers. The derivative is one code for all.
+rows, in closed form (`sensitivity`). On the CPU both are compiled: the searches are those of `SafetyFilter`
+(`planar_search`, `space_search`), the derivative is `sensitivity_kernel`. On CUDA both are written in torch: a dense
+active set (`dense_search`), and `sensitivity` itself. What a search cannot prove, exact arithmetic answers.
 
 It is meant to learn through, not to execute: nothing here knows of dtypes' roundings, deadlines or arcs. What executes
 goes through `SafetyFilter`, as always.
@@ -19,6 +19,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from safefilter.arguments import require_kind
 from safefilter.arrays import positive_number
 from safefilter.differentiable.operators import project
 from safefilter.errors import InvalidInput, ShapeError
@@ -169,7 +170,11 @@ def as_tensors(rows: HalfSpaces, device: torch.device | str | None = None) -> di
 
     Returns:
         ``normals``, ``offsets``, ``hard`` and ``present``: ``projection(action, **as_tensors(rows))``.
+
+    Raises:
+        InvalidInput: If it is something else.
     """
+    require_kind(rows, "rows", HalfSpaces)
     fields = {
         "normals": rows.normals,
         "offsets": rows.offsets,

@@ -17,6 +17,8 @@ hold v and from whoever uses t* itself, goes on to the rows of the proof.
 Last, rows were divided by their length, ``normal / |normal|`` and ``offset / |normal|``, which takes
 ``violation * (gradient of the offset)`` from the gradient along a normal: 0 for rows that hold exactly.
 
+In torch, on any device: it runs on CUDA. The CPU has `sensitivity_kernel`, and tests hold it to this one.
+
 Letters: B decisions, M rows, n variables, S slots for rows.
 """
 

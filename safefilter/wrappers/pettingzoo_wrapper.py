@@ -13,7 +13,8 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import BoolArray, IntArray, frozen
+from safefilter.arguments import require_mapping, whole_number
+from safefilter.arrays import BoolArray, IntArray, frozen, number_array
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
@@ -87,12 +88,15 @@ class SafeParallelEnv(BaseParallelWrapper):  # type: ignore[misc]  # PettingZoo 
         self._agents: list[Agent] = list(env.possible_agents)
         _require_innermost(env, self._agents)
         places = dict(zip(self._agents, range(len(self._agents)), strict=True))
-        index = places if robots is None else dict(robots)
+        index = places if robots is None else require_mapping(robots, "robots")
         if set(index) != set(self._agents):
             raise InvalidInput(
                 f"robots: expected a robot for each of the agents {self._agents}, got {index}"
             )
-        self._robots = np.array([index[agent] for agent in self._agents], dtype=np.int64)
+        self._robots = np.array(
+            [whole_number(index[agent], f"robots[{agent!r}]", 0) for agent in self._agents],
+            dtype=np.int64,
+        )
         self._penalty = require_penalty(penalty)
         space = rows_space([env.action_space(agent) for agent in self._agents])
         self._filter = ActionFilter(
@@ -157,7 +161,7 @@ class SafeParallelEnv(BaseParallelWrapper):  # type: ignore[misc]  # PettingZoo 
         Raises:
             InvalidInput: If these are not the agents that are not done.
         """
-        if set(actions) != set(self.agents):
+        if set(require_mapping(actions, "actions")) != set(self.agents):
             missing = [agent for agent in self.agents if agent not in actions]
             surplus = [agent for agent in actions if agent not in self.agents]
             raise InvalidInput(
@@ -174,7 +178,7 @@ class SafeParallelEnv(BaseParallelWrapper):  # type: ignore[misc]  # PettingZoo 
         rows = np.zeros((len(self._agents), 2))
         for row, agent in enumerate(self._agents):
             if agent in actions:
-                action = np.asarray(actions[agent], dtype=np.float64)
+                action = number_array(actions[agent], f"action of {agent!r}", "two numbers")
                 if action.shape != (2,):
                     raise ShapeError(
                         f"action of {agent!r}: expected shape (2,), got {action.shape}"

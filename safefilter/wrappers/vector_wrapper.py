@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
-from safefilter.arrays import BoolArray, FloatArray
+from safefilter.arguments import require_kind
+from safefilter.arrays import BoolArray, FloatArray, number_array
 from safefilter.constraints.constraint import AnyScene
-from safefilter.errors import InvalidInput
+from safefilter.errors import InvalidInput, ShapeError
 from safefilter.safety_filter import SafetyFilter
 from safefilter.wrappers.action_filter import Action, ActionFilter, Executed
 from safefilter.wrappers.decision_info import Columns, info_of_lanes, put_columns
@@ -121,11 +122,20 @@ class SafeVectorAction(Wrapper, gymnasium.utils.RecordConstructorArgs):
         seed: int | list[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Any, dict[str, Any]]:
-        """Start episodes, in all lanes or in those of ``options["reset_mask"]``, as the environment does."""
+        """Start episodes, in all lanes or in those of ``options["reset_mask"]``, as the environment does.
+
+        Raises:
+            InvalidInput: If the options are no dictionary.
+            ShapeError: If the mask is not a flag a lane.
+        """
         # Read first: the environment takes the mask out of the options.
         begun = np.ones(self.num_envs, dtype=np.bool_)
-        if options is not None and "reset_mask" in options:
-            begun = np.array(options["reset_mask"], dtype=np.bool_)
+        if options is not None and "reset_mask" in require_kind(options, "options", dict):
+            begun = number_array(options["reset_mask"], "reset_mask", "flags").astype(np.bool_)
+            if begun.shape != (self.num_envs,):
+                raise ShapeError(
+                    f"reset_mask: expected shape ({self.num_envs},), got {begun.shape}"
+                )
         # A list of seeds, one a lane, is what vector environments take and what the base class does not say.
         self._latest = self.env.reset(seed=seed, options=options)  # type: ignore[arg-type]
         self._totals.begin(begun)

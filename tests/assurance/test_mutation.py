@@ -1,14 +1,12 @@
-"""The runner loads what it is told to, in place of the file; every target and every test of it exists."""
+"""The runner knows its targets and their tests, finds mutants again by name, and goes on where it stopped."""
 
-import sys
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from assurance import mutation
-from assurance.mutants import Mutant
-from assurance.mutation import TARGETS, MutantLoader, run_mutant
+from assurance.mutants import mutants_of
+from assurance.mutation import TARGETS, main, numbered, outcomes
 
 ROOT = Path(__file__).parents[2]
 
@@ -20,31 +18,35 @@ def test_targets_and_their_tests_exist() -> None:
             assert (ROOT / "tests" / "safefilter" / f"{test}.py").exists(), test
 
 
-def test_one_module_is_imported_from_other_source(tmp_path: Path) -> None:
-    loader = MutantLoader("made_up_module", tmp_path / "made_up_module.py", "value = 3 + 4\n")
-    sys.meta_path.insert(0, loader)
-    try:
-        made_up_module = import_module("made_up_module")
-        assert made_up_module.value == 7
-        assert loader.find_spec("another_module") is None
-    finally:
-        sys.meta_path.remove(loader)
-        sys.modules.pop("made_up_module", None)
+def test_every_mutant_has_a_name_of_its_own() -> None:
+    for name in TARGETS:
+        found = numbered(name)
+        source = (ROOT / "safefilter" / f"{name}.py").read_text(encoding="utf-8")
+        assert len(found) == len(list(mutants_of(source))) > 0
 
 
-@pytest.mark.parametrize(("rc", "outcome"), [(0, "survived"), (1, "killed")])
-def test_a_mutant_that_fails_no_test_survives(
-    rc: int, outcome: str, monkeypatch: pytest.MonkeyPatch
+def test_what_was_found_is_not_looked_for_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import os  # noqa: PLC0415  # for the process of the mutant
+    for name, value in mutation.INTERPRETED.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(mutation, "REPORT", tmp_path / "mutants.jsonl")
+    asked: list[list[str]] = []
+    outcome = "killed"
 
-    monkeypatch.setattr(mutation, "_run_tests", lambda *_: os._exit(rc))
-    assert run_mutant("kinematics/arc", Mutant(1, "", "", "")) == outcome
+    def run(name: str, left: dict[str, object], _: float) -> int:
+        asked.append(list(left))
+        for key in left:
+            mutation._note(name, key, outcome)
+        return 0
 
-
-def test_a_mutant_that_never_ends_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
-    import time  # noqa: PLC0415  # for the process of the mutant
-
-    monkeypatch.setattr(mutation, "PATIENCE", 0.3)
-    monkeypatch.setattr(mutation, "_run_tests", lambda *_: time.sleep(60.0))
-    assert run_mutant("kinematics/arc", Mutant(1, "", "", "")) == "timed out"
+    monkeypatch.setattr(mutation, "_in_a_process_of_its_own", run)
+    only = "programs/nearest_velocity"
+    assert main(["--only", only, "--sample", "0.5", "--seed", "3"]) == 0
+    half = asked.pop()
+    assert 0 < len(half) < len(numbered(only))
+    assert main(["--only", only]) == 0
+    assert sorted([*half, *asked.pop()]) == sorted(numbered(only))
+    assert main(["--only", only]) == 0
+    assert asked == []
+    assert set(outcomes(only).values()) == {"killed"}

@@ -3,12 +3,13 @@ import pytest
 import shapely
 
 from envs import Corridor, Fleet, Navigation, Rules
-from envs.lidar import cast_beams
+from envs.lidar import cast_beams, scan_walls
 from envs.lidar_kernel import FEW_BEAMS
 from envs.observation_layout import ObservationLayout
 from envs.sensing import Sensing
 from envs.world import World
 from safefilter.arrays import FloatArray
+from safefilter.lidar import Lidar
 
 BOX = np.array([
     [[1.0, -1.0], [1.0, 1.0]],
@@ -223,3 +224,26 @@ def test_one_world_is_scanned_alone() -> None:
     second = cast_beams(navigation.world, 16, 3.5, worlds=slice(1, 2))
     np.testing.assert_array_equal(second[1], every[1])
     assert np.isinf(second[[0, 2]]).all()
+
+
+def test_only_robots_that_scan_see_something() -> None:
+    navigation = Navigation(Corridor(), num_worlds=2)
+    navigation.reset(0)
+    every = cast_beams(navigation.world, 16, 3.5)
+    chosen = np.random.default_rng(0).random(navigation.world.present.shape) < 0.5
+    some = cast_beams(navigation.world, 16, 3.5, chosen=chosen)
+    np.testing.assert_array_equal(some[chosen], every[chosen])
+    assert (some[~chosen] == np.inf).all()
+
+
+def test_a_scan_is_what_beams_see_as_far_as_the_rules_say() -> None:
+    navigation = Navigation(Corridor(), num_worlds=2)
+    navigation.reset(0)
+    rules = Rules(num_beams=16, lidar_range=3.5, wall_range=0.7)
+    scan = scan_walls(navigation.world, rules, worlds=slice(1, 2))
+    expected = cast_beams(navigation.world, 16, 0.7)[1]
+    np.testing.assert_array_equal(scan.ranges, expected)
+    checked = Lidar.scan(expected)
+    np.testing.assert_array_equal(scan.angles, checked.angles)
+    assert scan.corner_angle == checked.corner_angle
+    assert not scan.ranges.flags.writeable

@@ -215,3 +215,14 @@ def test_observations_stay_within_their_bounds() -> None:
         assert observation.dtype == np.float32
         assert (np.abs(observation) <= 1.0).all()
         navigation.step(1.5 * navigation.world.preferred_velocity())
+
+
+def test_only_robots_asked_about_are_observed_and_as_among_all() -> None:
+    navigation = started(Crossroad(), num_worlds=3)
+    every = navigation.observe()
+    chosen = np.random.default_rng(0).random(navigation.world.present.shape) < 0.4
+    chosen[1] = False
+    some = navigation.observe(chosen)
+    np.testing.assert_array_equal(some[chosen], every[chosen])
+    assert (some[~chosen] == 0.0).all()
+    assert (every[~chosen] != 0.0).any()

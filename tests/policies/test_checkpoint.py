@@ -171,7 +171,7 @@ def test_there_is_no_such_file(tmp_path: Path) -> None:
 
 def test_a_folder_is_no_file(tmp_path: Path) -> None:
     (tmp_path / "folder.safetensors").mkdir()
-    with pytest.raises(CheckpointError, match="cannot be read"):
+    with pytest.raises(CheckpointError, match="expected a file, not a folder"):
         read_weights(tmp_path / "folder.safetensors")
 
 

@@ -30,6 +30,7 @@ from policies.foreign_policy import load_foreign
 from policies.learned_policy import LearnedPolicy
 from policies.onnx_export import to_onnx
 from policies.onnx_policy import OnnxPolicy
+from policies.onnx_seal import BLANK, sealed
 from policies.policy_weights import Weights
 from policies.torchscript_export import to_torchscript
 from safefilter.arrays import FloatArray
@@ -185,12 +186,18 @@ def test_files_that_are_no_policy_are_named(tmp_path: Path) -> None:
     whole = path.read_bytes()
     for content in (b"", b"\x00", whole[:100], whole[: len(whole) // 2], b"PK\x03\x04 a zip"):
         path.write_bytes(content)
-        with pytest.raises(CheckpointAltered, match="no ONNX model that can be run"):
+        with pytest.raises(CheckpointForeign, match="no policy that this package exported"):
             OnnxPolicy(path, observe)
+    path.write_bytes(whole.replace(b"linear_0", b"linear_9", 1))
+    with pytest.raises(CheckpointAltered, match="changed after it was written; export it again"):
+        OnnxPolicy(path, observe)
+    path.write_bytes(sealed(b"no model\n\x06sha256\x12\x40" + BLANK.encode()))
+    with pytest.raises(CheckpointAltered, match="no ONNX model that can be run"):
+        OnnxPolicy(path, observe)
     model = onnx.load_from_string(whole)
     del model.metadata_props[:]
     path.write_bytes(model.SerializeToString())
-    with pytest.raises(CheckpointForeign, match=r"make one with python -m policies\.export"):
+    with pytest.raises(CheckpointForeign, match=r"make it with python -m policies\.export"):
         OnnxPolicy(path, observe)
 
 

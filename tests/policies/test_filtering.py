@@ -6,9 +6,19 @@ import pytest
 from envs import Crossroad, Fleet, Navigation, Rules
 from envs.scenarios import load_scenario
 from policies import StraightToGoal
-from policies.filtering import LITERAL, NUM_BEAMS, OFF, OURS, OURS_WITH_MAP, Filtering
+from policies.filtering import (
+    LITERAL,
+    NUM_BEAMS,
+    OFF,
+    OURS,
+    OURS_WITH_MAP,
+    WALL_RANGE,
+    Filtering,
+)
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.safety_filter import SafetyFilter
+
+RNG = np.random.default_rng(0)
 
 
 def worlds(name: str = "overtaking") -> Navigation:
@@ -109,3 +119,34 @@ def test_a_bias_to_the_right_turns_robots_that_meet_head_on_to_the_right() -> No
 def test_a_bias_of_a_quarter_turn_is_refused() -> None:
     with pytest.raises(OutOfRange, match="right_bias: expected an angle within a quarter turn"):
         Filtering(right_bias=2.0)
+
+
+def test_beams_are_looked_at_as_far_as_rows_reach_or_the_robots_are_refused() -> None:
+    navigation = worlds()
+    built(OURS, navigation)
+    navigation.world.v_max[0, 1] = 0.3
+    with pytest.raises(OutOfRange, match=r"reach 0\.4\d* m, but beams are looked at up to 0\.4 m"):
+        built(OURS, navigation)
+    built(OURS_WITH_MAP, navigation)
+
+
+def test_walls_beyond_the_range_looked_at_change_no_decision(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    decided = []
+    for wall_range in (WALL_RANGE, 3.0):
+        monkeypatch.setattr("policies.filtering.WALL_RANGE", wall_range)
+        scenario = load_scenario("crossroad_dense")
+        fleet = Fleet.of(scenario.num_robots, kinematics="differential")
+        navigation = Navigation(scenario, fleet, OURS.rules(Rules()), num_worlds=2)
+        navigation.reset(3)
+        safety_filter = built(OURS, navigation)
+        for _ in range(60):
+            actions = navigation.wanted(StraightToGoal().act(navigation.world, RNG))
+            scene = navigation.scenes(actions)
+            decision = safety_filter.decide(scene, actions.reshape(-1, 2))
+            navigation.step(decision.action.reshape(actions.shape))
+            decided.append(decision.action)
+    half = len(decided) // 2
+    assert (np.array(decided[:half]) != 0.2).any()
+    np.testing.assert_array_equal(decided[:half], decided[half:])

@@ -1,3 +1,4 @@
+import importlib
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -94,6 +95,14 @@ def test_a_zip_is_opened_by_those_who_trust_its_author_alone(tmp_path: Path) -> 
     commands = policy.make(navigation).act(navigation.world, RNG)
     expected, _ = model.predict(navigation.observe()[0, 0], deterministic=True)
     np.testing.assert_allclose(commands[0, 0], expected, rtol=1e-5)
+    content = path.read_bytes()
+    place = len(content) // 2
+    for damaged in (b"", content[:place], content[:place] + bytes(64) + content[place + 64 :]):
+        path.write_bytes(damaged)
+        with pytest.raises(
+            InvalidInput, match=r"trained.zip: (no zip|its part .* is not as it was)"
+        ):
+            load_foreign(str(path), trusts_pickle=True)
 
 
 def test_an_onnx_file_needs_a_package_that_runs_it(
@@ -111,6 +120,8 @@ def test_an_onnx_file_is_run_by_onnxruntime(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, output: str
 ) -> None:
     """A stand-in for the package, with its interface: the file itself is its business."""
+    # Knows the errors of the real one, before there is another in its place.
+    importlib.import_module("policies.onnx_policy")
 
     class InferenceSession:
         def __init__(self, path: str, providers: list[str]) -> None:

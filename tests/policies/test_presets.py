@@ -22,6 +22,7 @@ def changed(name: str, other: str = "srl-orca") -> list[str]:
         ("no-norms", {"num_steps", "reward.passing", "reward.overtaking"}),
         ("straight-progress", {"num_steps", "reward.forward", "reward.way"}),
         ("no-cap", {"num_steps", "filtering.kind", "filtering.leg"}),
+        ("no-filter", {"num_steps", "filtering.kind", "filtering.leg"}),
         ("nearest-leg", {"num_steps", "filtering.leg"}),
         ("no-memory", {"num_steps", "layout.has_memory"}),
         ("with-trail", {"num_steps", "layout.has_trail"}),

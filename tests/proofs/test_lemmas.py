@@ -105,6 +105,12 @@ WRONG: dict[str, Wrong] = {
         lambda *_: 0.5,
         lambda of: of.supporting_line(),
     ),
+    "the closest point is past the end": (
+        "never_touch_walls",
+        f"{WALLS}.to_closest_point",
+        lambda a_x, a_y, b_x, b_y, p_x, p_y: (2 * b_x - a_x - p_x, 2 * b_y - a_y - p_y),
+        lambda of: of.on_the_wall(),
+    ),
     "the same over a horizon": (
         "static_obstacles",
         f"{WALLS}.wall_budget",

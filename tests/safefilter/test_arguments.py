@@ -1,12 +1,17 @@
 """Arguments that are no arrays: usable ones come back as what they are, others are named."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from safefilter.arguments import (
+    file_path,
     real_number,
     require_flag,
     require_kind,
+    require_kinds,
+    require_mapping,
     require_option,
     whole_number,
 )
@@ -53,3 +58,27 @@ def test_flags_are_true_or_false() -> None:
     for value in (1, None, np.zeros(2, np.bool_)):
         with pytest.raises(InvalidInput, match="hard: expected True or False"):
             require_flag(value, "hard")
+
+
+def test_series_of_a_kind() -> None:
+    assert require_kinds(iter([1, 2]), "counts", int) == (1, 2)
+    with pytest.raises(InvalidInput, match=r"counts\[1\]: expected a int, got str"):
+        require_kinds([1, "2"], "counts", int)
+    for value in ("12", b"12", np.ones(2), 7, None):
+        with pytest.raises(InvalidInput, match="counts: expected a list of int, got"):
+            require_kinds(value, "counts", int)
+
+
+def test_mappings() -> None:
+    assert require_mapping({1: 2}, "robots") == {1: 2}
+    with pytest.raises(InvalidInput, match="robots: expected a mapping, got list"):
+        require_mapping([1], "robots")
+
+
+def test_names_of_files() -> None:
+    assert file_path("a/b", "path") == file_path(Path("a/b"), "path") == Path("a/b")
+    for value in (7, None, b"a", "a\0b", "x" * 256, "\ud800"):
+        with pytest.raises(
+            InvalidInput, match=r"path: (expected the name of a file|no file can be)"
+        ):
+            file_path(value, "path")

@@ -164,3 +164,32 @@ def test_settings_that_cannot_be_used_are_refused() -> None:
         sf.DifferentialDrive(0.2, 2.5, 0.2, 0.02, mapping="hull")  # type: ignore[arg-type]  # the point
     with pytest.raises(ValueError, match="takes one v_max for all robots"):
         sf.DifferentialDrive([0.2, 0.1], 2.5, 0.2, 0.02, mapping="polygon")
+
+
+@pytest.mark.parametrize(("step", "drive_step"), [(0.1, 0.2), (0.2, 0.1)])
+def test_budgets_and_arcs_of_steps_that_differ_are_refused(step: float, drive_step: float) -> None:
+    # Found by a sceptical look at the lemma: it says "dt" of both, and nothing made sure of that. With steps of 0.1 s,
+    # and arcs checked over 0.2 s, two drives that turn away late were 49 mm deep in each other in Case-1, certified.
+    drive = sf.DifferentialDrive(1.0, 10.0, drive_step, 0.05)
+    with pytest.raises(sf.SafeFilterError, match=rf"steps of {step} s, .* steps of {drive_step} s"):
+        sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(step)], drive)
+
+
+def test_drives_that_turn_away_late_are_apart_at_every_instant_of_the_step() -> None:
+    # The scene of the test above, with one step: the arc goes furthest ahead in the middle of it.
+    gap, step, v, w = 0.1, 0.2, 0.95, 10.0
+    drive = sf.DifferentialDrive(1.0, w, step, 0.05)
+    safety = sf.SafetyFilter([sf.Separation(step)], drive)
+    scene = sf.Scene.from_world(
+        [[0.0, 0.0], [2 * RADIUS + gap, 0.0]], np.zeros((2, 2)), RADIUS, heading=[0.0, math.pi]
+    )
+    decision = safety.decide(scene, [[v, w], [v, w]])
+    ways = [
+        [
+            s * np.array(chord_velocity(float(v), float(w), heading, s))
+            for s in np.linspace(0.0, step, 101)
+        ]
+        for (v, w), heading in zip(decision.action, (0.0, math.pi), strict=True)
+    ]
+    apart = np.array([2 * RADIUS + gap, 0.0]) + np.array(ways[1]) - np.array(ways[0])
+    assert np.linalg.norm(apart, axis=1).min() >= 2 * RADIUS

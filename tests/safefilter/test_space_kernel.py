@@ -39,12 +39,10 @@ def solve(
 ) -> tuple[int, FloatArray, IntArray, FloatArray, bool]:
     size = len(wanted)
     rows = Rows(array, array.shape[1], num_hard, 0, 0.0)
-    held, room = make_held(size), make_room(size)
+    held, room = make_held(size), make_room(size, array.shape[1])
     status, count = project(rows, 0.0, wanted, TOLERANCE, held, held.rows, 0, room)
     point = room.point.copy()
-    near = status == SOLVED and is_nearest(
-        rows, 0.0, wanted, point, TOLERANCE, held, count, room.rest
-    )
+    near = status == SOLVED and is_nearest(rows, 0.0, wanted, point, TOLERANCE, held, count, room)
     return status, point, held.rows[:count], held.weights[:count], near
 
 

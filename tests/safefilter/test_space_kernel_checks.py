@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from safefilter.backends.planar_kernel import Rows
-from safefilter.backends.space_kernel import Held
+from safefilter.backends.space_kernel import Held, make_room
 from safefilter.backends.space_kernel_checks import is_nearest, is_proof
 
 TOLERANCE = 1e-9
@@ -26,7 +26,7 @@ def is_nearest_at(point: list[float], rows: list[int], weights: list[float]) -> 
     system = Rows(CUBE.T.copy(), 6, 6, 0, 0.0)
     claim = held(rows, weights)
     return is_nearest(
-        system, 0.0, wanted, np.array(point), TOLERANCE, claim, len(rows), np.empty(3)
+        system, 0.0, wanted, np.array(point), TOLERANCE, claim, len(rows), make_room(3, 6)
     )
 
 

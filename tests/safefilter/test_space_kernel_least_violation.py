@@ -40,7 +40,7 @@ def solve(
 ) -> tuple[int, FloatArray, float, float, bool, bool]:
     size = len(wanted)
     rows = Rows(array, array.shape[1], num_hard, 0, 0.0)
-    held, proof, room = make_held(size), make_held(size), make_room(size)
+    held, proof, room = make_held(size), make_held(size), make_room(size, array.shape[1])
     least, relaxation, proof_count = 0.0, 0.0, 0
     status, count = project(rows, 0.0, wanted, TOLERANCE, held, proof.rows, 0, room)
     if status == CONTRADICTION:
@@ -48,7 +48,7 @@ def solve(
             rows, wanted, TOLERANCE, held, count, proof, room
         )
     point = room.point.copy()
-    near = is_nearest(rows, relaxation, wanted, point, TOLERANCE, held, count, room.rest)
+    near = is_nearest(rows, relaxation, wanted, point, TOLERANCE, held, count, room)
     proved = is_proof(rows, least, RADIUS, TOLERANCE, proof, proof_count, room.rest)
     return status, point, least, relaxation, near, proved
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,9 @@ from hypothesis import strategies as st
 
 from safefilter.constraints.urgency import (
     NEVER,
-    keep_if_urgent,
+    SPARE,
+    bound_of_most,
+    keep_most_urgent,
     time_to_collision,
     time_to_touch,
     urgency,
@@ -70,13 +74,51 @@ def test_overlap_comes_before_collision_courses_and_those_before_the_rest() -> N
     assert keys == sorted(keys)
 
 
-@given(keys=st.lists(st.integers(0, 9).map(float), max_size=12), most=st.integers(0, 5))
-def test_the_list_holds_the_least_keys_in_order(keys: list[float], most: int) -> None:
-    chosen, kept = np.full(5, -1), np.full(5, np.nan)
-    count = 0
-    for j, key in enumerate(keys):
-        count = keep_if_urgent(chosen, kept, count, most, j, key)
+def kept(keys: list[float], most: int) -> list[int]:
+    """Places of the keys that are kept, in order."""
+    count, first = len(keys), 2
+    chosen, scratch = np.full(2 * count, -1), np.array(keys)
+    neighbours = 100 + np.arange(first + count)
+    number = keep_most_urgent(chosen, scratch, neighbours, first, count, most, max(keys))
+    return [int(j) - 100 - first for j in chosen[:number]]
+
+
+KEYS = st.lists(
+    st.integers(-3, 9).map(float) | st.floats(-1e200, 1e200) | st.floats(0.0, 225.0),
+    min_size=1,
+    max_size=60,
+)
+
+
+@given(keys=KEYS, data=st.data())
+def test_the_least_keys_are_kept_in_order(keys: list[float], data: st.DataObject) -> None:
+    most = data.draw(st.integers(0, len(keys) - 1))
     # Of equal ones those that came first.
-    expected = sorted(range(len(keys)), key=lambda j: (keys[j], j))[:most]
-    assert chosen[:count].tolist() == expected
-    assert kept[:count].tolist() == [keys[j] for j in expected]
+    assert kept(keys, most) == sorted(range(len(keys)), key=lambda j: (keys[j], j))[:most]
+
+
+@pytest.mark.parametrize("key", [0.0, -2.0, 7.0, 1e-300])
+def test_of_equal_keys_the_first_are_kept(key: float) -> None:
+    assert kept([key] * 40, 3) == [0, 1, 2]
+
+
+@given(keys=KEYS, data=st.data())
+def test_the_bound_leaves_enough(keys: list[float], data: st.DataObject) -> None:
+    most = data.draw(st.integers(1, max(1, len(keys) - 1)))
+    bound = bound_of_most(np.array(keys), len(keys), most, max(keys))
+    assert sum(key <= bound for key in keys) >= most
+
+
+def test_the_bound_is_close_where_keys_are_spread_evenly() -> None:
+    # As squared distances are in a crowd of even density.
+    for seed in range(50):
+        keys = np.random.default_rng(seed).uniform(0.0, 225.0, 200)
+        bound = bound_of_most(keys, 200, 10, float(keys.max()))
+        assert 10 <= int((keys <= bound).sum()) <= 10 + SPARE
+
+
+def test_a_time_that_is_no_number_is_urgent() -> None:
+    # The squares of such speeds are not finite, and the key must be a number, or addresses would come of it.
+    time = time_to_touch(1.0, 1e200, 1e200)
+    assert not urgency(1.0, time) > 0.0
+    assert urgency(1.0, math.nan) == 0.0

@@ -114,6 +114,8 @@ def test_velocity_at_the_cutoff_centre_turns_away_from_the_neighbour() -> None:
         ((1.0, 0.0), (1.0, 1.0), CROSSING),  # exactly 45 degrees
         ((1.0, 0.0), (1.0, 0.999), SAME_HEADING),
         ((1.0, 0.0), (-1.0, 0.999), HEAD_ON),
+        ((0.0, 1.0), (0.0, -2.0), HEAD_ON),
+        ((3.0, 4.0), (6.0, 8.0), SAME_HEADING),
         ((0.0, 0.0), (1.0, 0.0), CROSSING),
         ((0.0, 0.0), (0.0, 0.0), CROSSING),
     ],

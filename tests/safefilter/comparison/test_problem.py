@@ -48,7 +48,7 @@ def test_a_problem_cannot_be_written_to() -> None:
         ({"scale": 0.0}, "scale: expected a number above 0, got 0.0"),
         ({"scale": 1.0, "radius": 0.0}, "radius: expected a number above 0, or infinity, got 0.0"),
         ({"scale": 1.0, "radius": float("nan")}, "radius: .* got nan"),
-        ({"scale": 1.0, "padding": -1}, "padding: expected a number of rows from 0 up, got -1"),
+        ({"scale": 1.0, "padding": -1}, "padding: expected at least 0, got -1"),
     ],
 )
 def test_numbers_that_cannot_be_used_are_refused(wrong: dict[str, float], message: str) -> None:

@@ -1,13 +1,16 @@
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 import torch
 from torch import Tensor
 
 from safefilter.decision import Case
+from safefilter.differentiable import answer as answer_module
 from safefilter.differentiable import dense_steps
-from safefilter.differentiable.answer import answer, half_spaces_of, unit_rows
+from safefilter.differentiable.answer import answer, half_spaces_of, repair, unit_rows
+from safefilter.differentiable.dense_search import dense_search
 from safefilter.differentiable.found import TensorRows
 from safefilter.errors import EmptyHardSet, NotFinite, OutOfRange
 
@@ -70,13 +73,32 @@ def test_hard_rows_that_clash_are_an_error_with_their_names(size: int) -> None:
         answer(point(*[0.0] * size), rows_of(normals.tolist(), [0.0, 0.2, 0.2], True), TOLERANCE)
 
 
-def test_what_the_compiled_search_cannot_prove_is_answered_exactly() -> None:
+@pytest.mark.parametrize("size", [2, 3])
+@pytest.mark.parametrize("length", [1.0, 3.0])
+def test_what_a_compiled_search_cannot_prove_is_answered_exactly(size: int, length: float) -> None:
     # These meet at 1e5; in floats that is too far to be proved to 1 nm.
     sliver = 2e-6
-    rows = rows_of([[1.0, 0.0], [-1.0, sliver], [-1.0, -sliver]], [0.2, 0.2, 0.2])
-    found = answer(point(0.0, 0.0), rows, TOLERANCE)
+    normals = np.zeros((3, size))
+    normals[:, :2] = [[length, 0.0], [-length, length * sliver], [-length, -length * sliver]]
+    rows = rows_of(normals.tolist(), [0.2 * length] * 3)
+    found = answer(point(*[0.0] * size), rows, TOLERANCE)
     assert found.is_proved.all()
     assert found.case.tolist() == [Case.LEAST_VIOLATION]
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 6])
+def test_on_the_cpu_it_answers_as_it_does_elsewhere(
+    ask: Ask, monkeypatch: pytest.MonkeyPatch, size: int
+) -> None:
+    question = ask(size, 200, size, 10)
+    stretched = question.rows._replace(normals=2.5 * question.normals)
+    stretched.offsets[~stretched.present] = float("nan")
+    compiled = answer(question.action, stretched, TOLERANCE)
+    monkeypatch.setattr(answer_module, "_compiled", answer_module._in_torch)
+    dense = answer(question.action, stretched, TOLERANCE)
+    assert set(compiled.case.tolist()) == set(Case)
+    assert compiled.case.equal(dense.case)
+    torch.testing.assert_close(compiled.point, dense.point, atol=1e-8, rtol=0.0)
 
 
 @pytest.mark.parametrize("size", [3, 5])
@@ -88,7 +110,9 @@ def test_what_the_dense_search_gives_up_is_answered_exactly(
     assert set(expected.case.tolist()) == set(Case)
     monkeypatch.setattr(dense_steps, "LEAST_STEPS", 1)
     monkeypatch.setattr(dense_steps, "STEPS_PER_ROW", 0)
-    repaired = answer(question.action, question.rows, TOLERANCE)
+    repaired = dense_search(question.action, question.rows, TOLERANCE)
+    assert not repaired.is_proved.all()
+    repair(repaired, question.action, question.rows, TOLERANCE)
     assert repaired.is_proved.all()
     assert repaired.case.equal(expected.case)
     torch.testing.assert_close(repaired.point, expected.point, atol=1e-8, rtol=0.0)
