@@ -108,5 +108,5 @@ def test_a_slice_of_the_campaign_has_no_collision_and_executes_nothing_uncertifi
     for name in ("errors", "solvers", "faulty solvers"):
         assert kinds[name]["robot_steps"] >= 5000
     answered = total["faults"]
-    for fault in (Fault.ACTION_NOT_FINITE, Fault.BACKEND_RAISED, Fault.BACKEND_WRONG_STATUS):
+    for fault in (Fault.ACTION_NOT_FINITE, Fault.BACKEND_RAISED, Fault.BACKEND_REJECTED):
         assert answered[fault.name] > 0
