@@ -55,7 +55,7 @@ fuzz: $(VENV)/fuzz-installed ## Damaged files and malformed arguments, for SECON
 	$(BIN)/python -m assurance.fuzz --seconds $(SECONDS)
 	HYPOTHESIS_PROFILE=fuzz $(PYTEST) tests/integration/test_damaged_files.py tests/integration/test_malformed_input.py
 
-# Half an hour of two idle cores; killed at any moment, it goes on where it was.
+# A quarter of an hour of one idle core; killed at any moment, it goes on where it was.
 stress: $(VENV)/dev-installed ## 10^8 robot-steps of every kind without a collision, into out/stress/
 	$(BIN)/python -m assurance.stress
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 from assurance.stress.case_log import Entries, Run
 from assurance.stress.cases import Result
@@ -10,6 +11,7 @@ from assurance.stress.moments import Failure
 from assurance.stress.report import report_json, report_page, sum_of
 from safefilter.testing.tally import NOTHING, Tally
 
+COMMITTED = Path(__file__).parents[3] / "docs" / "stress"
 RUN = Run(7, 1.0, 1000, 2, "c0de", "abc", "2026-01-01T00:00:00+00:00", "of the test")
 WELL = Tally(100, 0, 1e-6, (50, 30, 20), (90, 0, 10, 0, 0, 0, 0, 0), 0, 0, 7)
 HIT = replace(WELL, collisions=1, min_clearance=-0.5)
@@ -74,3 +76,15 @@ def test_kinds_without_a_case_and_cases_without_a_neighbour_have_no_figures() ->
 
 def test_nothing_sums_to_nothing() -> None:
     assert sum_of([]) == NOTHING
+
+
+def test_the_report_that_is_committed_says_one_thing_and_names_no_failure() -> None:
+    report = json.loads((COMMITTED / "report.json").read_text(encoding="utf-8"))
+    first = (COMMITTED / "report.md").read_text(encoding="utf-8").splitlines()[0]
+    total = report["total"]
+    assert first == (
+        f"{total['robot_steps']:,} robot-steps in {total['num_cases']:,} cases: "
+        "0 collisions, 0 uncertified actions executed."
+    )
+    assert total["collisions"] == total["uncertified"] == 0
+    assert report["failed"] == []
