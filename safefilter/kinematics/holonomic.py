@@ -94,8 +94,8 @@ class Holonomic:
         Raises:
             ShapeError: If ``v_max`` is neither a number nor of shape (N,).
             NotFinite: If it is NaN or infinite.
-            OutOfRange: If it is not above zero, there are fewer than 3 sides or more than `MAX_SIDES`, no polyhedron has so
-                many faces, or they are more than `MAX_FACES`, or robots are to live in neither plane nor space.
+            OutOfRange: If it is not above zero, there are fewer than 3 sides or more than `MAX_SIDES`, robots are to
+                live in neither plane nor space, no polyhedron has so many faces, or they are more than `MAX_FACES`.
             InvalidInput: If the number of sides, dimensions or faces is no integer.
         """
         given = number_array(v_max, "v_max", "a number or shape (N,)")
