@@ -189,7 +189,7 @@ def test_where_no_speed_is_allowed_the_robot_turns_on_the_spot() -> None:
 @pytest.mark.parametrize("heading", HEADINGS)
 @pytest.mark.parametrize("seen", [-1.4, -0.7, -0.1, 0.1, 0.7, 1.4])
 def test_the_smaller_turn_away_from_a_contact_is_taken(heading: float, seen: float) -> None:
-    # The contact lies to the left (seen above 0) or to the right; one behind does not matter, nor where they are listed.
+    # The contact lies to the left (seen above 0) or to the right; one behind may be in the way, too.
     rows, sections = rows_of([(heading + math.pi, 0.0), (heading + seen, 0.0), (heading, 9.0)])
     turn = turn_to_freedom(rows, sections, heading, 0.002)
     away = math.copysign(PARTING - abs(seen), -seen)

@@ -10,9 +10,8 @@ import pytest
 
 from safefilter import Uncertainty
 from safefilter.arrays import FloatArray
-from safefilter.constraints.row_buffers import RowLabels, row_buffers
 from safefilter.constraints.scene_arrays import SceneArrays
-from safefilter.constraints.separation import Separation, add_separation_rows
+from safefilter.constraints.separation import Separation, _separation_rows
 from safefilter.errors import InvalidInput
 from safefilter.scene import Scene
 
@@ -31,7 +30,7 @@ def pair(distance: float, velocity: tuple[float, float] | None = None, **known: 
 
 
 def rows_of(
-    scene: Scene, limits: tuple[float, float], margin: float = 0.0, **errors: float
+    scene: Scene, limits: tuple[float, float], margin: float = 0.0, **errors: Any
 ) -> FloatArray:
     """Rows of robot 0 against robot 1, shape (3, M).
 
@@ -42,11 +41,11 @@ def rows_of(
         errors: Fields of `SeparationSettings`.
     """
     settings = Separation(DT, margin).settings(5, 6)._replace(**errors)
-    batch = row_buffers(1, 32)
-    rows = RowLabels(batch.array[0], batch.label[0])
-    count = add_separation_rows(rows, 0, SceneArrays.of(scene), settings, np.array(limits), 0)
-    assert rows.label[:, :count].T.tolist() == [[5, 1]] * count
-    return rows.array[:, :count]
+    array, label, count = _separation_rows(
+        SceneArrays.of(scene), settings, np.array(limits), np.array([0]), 32
+    )
+    assert label[0, :, : count[0]].T.tolist() == [[5, 1]] * int(count[0])
+    return array[0, :, : count[0]]
 
 
 @pytest.mark.parametrize("limits", [(2.0, 2.0), (6.0, 2.0)])

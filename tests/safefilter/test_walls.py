@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import safefilter as sf
-from safefilter.arrays import FloatArray
-from safefilter.constraints.row_buffers import RowLabels, row_buffers
+from safefilter.arrays import FloatArray, frozen
 from safefilter.constraints.scene_arrays import SceneArrays
-from safefilter.constraints.walls import across, add_wall_rows, to_closest_point, wall_budget
+from safefilter.constraints.separation import _separation_rows
+from safefilter.constraints.walls import across, to_closest_point, wall_budget
 
 COORDINATES = st.floats(-10.0, 10.0)
 POINTS = st.tuples(COORDINATES, COORDINATES)
@@ -47,15 +47,21 @@ def wall_rows(
     """
     scene = sf.Scene.from_world([[1.0, 2.0]], [[0.0, 0.0]], 0.5)
     known = SceneArrays.of(scene)._replace(
-        walls=np.array(walls),
+        walls=frozen(np.array(walls)),
         num_shared_walls=min(num_shared, len(walls)),
-        wall_range=np.array([own]),
+        wall_range=frozen(np.array([own])),
     )
-    batch = row_buffers(1, 32)
-    rows = RowLabels(batch.array[0], batch.label[0])
-    count = add_wall_rows(rows, 0, known, 0, 0.25, horizon, speed_limit, 7, error, gain, 1.0, 0.0)
-    assert rows.label[0, :count].tolist() == [7] * count
-    return rows.array[:, :count], rows.label[1, :count].tolist()
+    settings = sf.Separation(horizon, 0.25).settings(6, 7)
+    # Through the kernel of separation, which is compiled anyway.
+    array, label, count = _separation_rows(
+        known,
+        settings._replace(position_error=error, gain=gain),
+        np.array([speed_limit]),
+        np.array([0]),
+        32,
+    )
+    assert label[0, 0, : count[0]].tolist() == [7] * int(count[0])
+    return array[0, :, : count[0]], label[0, 1, : count[0]].tolist()
 
 
 @pytest.mark.parametrize(
