@@ -31,7 +31,7 @@ from safefilter.testing.rollout import roll_out
 from safefilter.testing.uncertain_loop import roll_out_uncertain
 
 MOST_ROBOTS = 200
-CROWD_POLICIES = (*POLICIES, "senseless")
+CROWD_POLICIES = ("senseless", *POLICIES)
 # Of filters whose backend hangs or dies, in s; a process that died takes longer than that to come back.
 DEADLINES = {"fault:Hangs": 0.02, "fault:Dies": 60.0}
 
@@ -214,7 +214,7 @@ KINDS = (
     ),
     Kind(
         "faulty solvers",
-        "crowds, each fault of a solver in turn: raises, NaN, wrong status, wrong sign, stale, None ...",
+        "crowds, each fault of a solver in turn: raises, NaN, wrong status, wrong sign, stale, no answer",
         Size(350, 10),
         crowds(faults),
     ),

@@ -26,6 +26,8 @@ from safefilter.scene import PLANE, SPACE, Scene
 # a step is computed with it.
 SPEED_SLACK = 1e-6
 MIN_SIDES = 3
+# So many sides hold every speed up to 0.05 ppm below v_max: more is a slip of the pen, and would take all memory.
+MAX_SIDES, MAX_FACES = 10_000, 20_000
 
 
 @formula
@@ -92,8 +94,8 @@ class Holonomic:
         Raises:
             ShapeError: If ``v_max`` is neither a number nor of shape (N,).
             NotFinite: If it is NaN or infinite.
-            OutOfRange: If it is not above zero, there are fewer than 3 sides, robots are to live in neither plane nor
-                space, or no polyhedron has so many faces.
+            OutOfRange: If it is not above zero, there are fewer than 3 sides or more than `MAX_SIDES`, no polyhedron has so
+                many faces, or they are more than `MAX_FACES`, or robots are to live in neither plane nor space.
             InvalidInput: If the number of sides, dimensions or faces is no integer.
         """
         given = number_array(v_max, "v_max", "a number or shape (N,)")
@@ -103,10 +105,14 @@ class Holonomic:
         self._v_max = frozen(require_positive(limits, "v_max"))
         self.is_uniform = given.ndim == 0
         sides = whole_number(sides, "sides", MIN_SIDES)
+        if sides > MAX_SIDES or whole_number(faces, "faces", NUM_TRIANGLES) > MAX_FACES:
+            raise OutOfRange(
+                f"sides, faces: expected up to {MAX_SIDES} and {MAX_FACES}, got {sides} and {faces}"
+            )
         self.dimension = whole_number(dimension, "dimension", PLANE)
         if self.dimension > SPACE:
             raise OutOfRange(f"dimension: expected 2 (plane) or 3 (space), got {dimension}")
-        parts = math.isqrt(whole_number(faces, "faces", NUM_TRIANGLES) // NUM_TRIANGLES)
+        parts = math.isqrt(faces // NUM_TRIANGLES)
         if NUM_TRIANGLES * parts * parts != faces:
             raise OutOfRange(f"faces: expected 20 n^2, such as 80 or 320, got {faces}")
         if self.dimension == SPACE:

@@ -132,6 +132,7 @@ class SafeParallelEnv(BaseParallelWrapper):  # type: ignore[misc]  # PettingZoo 
             InvalidInput: If an agent's action is missing, or it is done or unknown.
             SafeFilterError: As `SafetyFilter.decide`.
         """
+        require_mapping(actions, "actions")
         if not actions and not self.agents:
             return self.env.step({})  # type: ignore[no-any-return]  # PettingZoo has no types
         acts = self._acting(actions)

@@ -19,8 +19,8 @@ from assurance.filter_entries import FILTER_ENTRIES
 from assurance.junk import junk
 from assurance.loop_entries import LOOP_ENTRIES
 
-# Longer than any of these takes to refuse or to answer once it is compiled; solvers and compilers are asked before.
-PATIENCE = 5.0
+# Of the processor, in s. A kernel that is compiled for the first time takes some 20 s; what takes this long hangs.
+PATIENCE = 120.0
 ENTRIES = FILTER_ENTRIES | LOOP_ENTRIES
 # Whose usable arguments are those for which nothing is done.
 REFUSING = {"Box", "register_backend", "compare_backends", "read_problems"}

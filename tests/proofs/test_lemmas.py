@@ -13,9 +13,9 @@ import pytest
 import z3
 
 from proofs import __main__ as command_line
-from proofs import apart, executed, horizon, uncertain_pair
+from proofs import apart, arc_cap, executed, filtered_moves, horizon, uncertain_pair
 from proofs.prover import NotProved
-from proofs.separation import KEPT_APART
+from proofs.separation import DT, KEPT_APART, OFFSET
 
 BUDGETS = "safefilter.constraints.budgets"
 SEPARATION = "safefilter.constraints.separation"
@@ -209,7 +209,15 @@ WRONG: dict[str, Wrong] = {
     ),
 }
 # Tried by the tests below, and by `test_wrong_formulas`.
-TRIED_APART = {"apart", "boundary", "executed", "horizon", "orca_rows", "uncertain_pair"}
+TRIED_APART = {
+    "apart",
+    "boundary",
+    "executed",
+    "filtered_moves",
+    "horizon",
+    "orca_rows",
+    "uncertain_pair",
+}
 
 
 @pytest.mark.parametrize("wrong", WRONG)
@@ -260,3 +268,9 @@ def test_two_robots_do_not_stay_further_apart_than_that(monkeypatch: pytest.Monk
     )
     with pytest.raises(NotProved, match="the claim is false"):
         uncertain_pair.out_of_step.__wrapped__()
+
+
+def test_a_row_of_another_step_is_not_obeyed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("proofs.arc_cap.OBEYS", arc_cap.ALONG >= 0.5 * OFFSET * DT)
+    with pytest.raises(NotProved, match="the claim is false"):
+        filtered_moves.constant.__wrapped__()
