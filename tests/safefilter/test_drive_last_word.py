@@ -31,6 +31,8 @@ ANGLES = st.floats(-math.pi, math.pi)
 BUDGETS = st.lists(st.tuples(ANGLES, st.floats(0.0, 0.04)), max_size=6)
 
 
+# Not so small that whether an arc comes nearer is a matter of rounding.
+ROOM = st.lists(st.tuples(ANGLES, st.floats(1e-6, 0.04)), max_size=6)
 HEADINGS = (0.0, 0.7, 2.0, 3.1, -2.5, -1.2)
 # Noses in contact turn by so much.
 PARTING = 0.5 * math.pi + PARTING_ANGLE
@@ -161,14 +163,14 @@ def test_a_command_is_not_safe_above_the_cap_nor_outside_its_limits_below_it() -
     assert not is_command_safe(rows, sections, DRIVE, 0.0, 0.05, 0.0999, 0.0)
 
 
-@given(BUDGETS, ANGLES, st.floats(0.0, 9.0), st.floats(-9.0, 9.0), st.booleans())
+@given(ROOM, ANGLES, st.floats(0.0, 9.0), st.floats(-9.0, 9.0), st.booleans())
 def test_no_more_is_cut_than_must_be(
     budgets: list[tuple[float, float]], heading: float, speed: float, wish: float, is_single: bool
 ) -> None:
     rows, sections = rows_of(budgets)
     v, w = drive_last_word(rows, sections, DRIVE, heading, 0.2, speed, wish, is_single)
     allowed = min(speed, 0.2, speed_cap(rows, sections, heading, w, DT))
-    assert v >= allowed * (1.0 - (1e-6 if is_single else 1e-12)) - 1e-40
+    assert v >= allowed * (1.0 - (1e-6 if is_single else 1e-9)) - 1e-40
     assert w == pytest.approx(max(-2.5, min(2.5, wish)), rel=1e-6, abs=1e-30)
 
 
@@ -192,9 +194,7 @@ def test_the_smaller_turn_away_from_a_contact_is_taken(heading: float, seen: flo
     # The contact lies to the left (seen above 0) or to the right; one behind may be in the way, too.
     rows, sections = rows_of([(heading + math.pi, 0.0), (heading + seen, 0.0), (heading, 9.0)])
     turn = turn_to_freedom(rows, sections, heading, 0.002)
-    away = math.copysign(PARTING - abs(seen), -seen)
-    # Free of the one behind, too: at most a quarter turn.
-    assert turn == pytest.approx(away if abs(away) <= math.pi / 2 else 0.0)
+    assert turn == pytest.approx(math.copysign(PARTING - abs(seen), -seen))
 
 
 @pytest.mark.parametrize("sides", [(0.3, -0.3), (-0.3, 0.3)])
