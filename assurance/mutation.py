@@ -39,7 +39,8 @@ TARGETS: dict[str, tuple[str, ...]] = {
         "test_velocity_obstacle_formulas", "test_velocity_obstacle", "test_priority_orca",
     ),
     "constraints/separation": (
-        "test_separation", "test_budgets", "test_separation_reach", "test_margins", "test_uncertain_loop",
+        "test_separation", "test_budgets", "test_separation_reach", "test_separation_rows", "test_margins",
+        "test_uncertain_loop",
     ),
     "constraints/walls": ("test_walls", "test_static_obstacles", "test_margins", "test_outlines"),
     "programs/convex_program": ("test_convex_program",),

@@ -12,6 +12,7 @@ from safefilter import Holonomic, SafetyFilter
 from safefilter.constraints.separation import Separation
 from safefilter.errors import NotFinite, OutOfRange
 from safefilter.scene import Scene
+from safefilter.uncertainty import Uncertainty
 
 DT = 0.25
 
@@ -37,6 +38,23 @@ def test_required_reach_by_hand() -> None:
     assert separation.required_reach(fast, limits) == 1.0 + 0.5 + 2.5 + 0.25
     sudden = Separation(DT, 0.25, passive_speed=20.0)
     assert sudden.required_reach(fast, limits) == 1.0 + 0.5 + 5.0 + 0.25
+
+
+def test_required_reach_with_errors_by_hand() -> None:
+    bounds = Uncertainty(
+        position_error=0.125,
+        velocity_error=2.0,
+        observation_delay=0.5,
+        actuation_delay=0.25,
+        actuation_error=0.5,
+    )
+    separation = Separation(DT, 0.25, uncertainty=bounds)
+    # 3 m/s at most are executed, or 2 + 10 m/s of one that does not cooperate, for 0.5 s; before, for 0.75 s.
+    passive = pair(5.0, cooperative=False, velocity=10.0)
+    found = separation.required_reach(passive, np.array([2.0, 1.0]))
+    assert found == pytest.approx(1.0 + 0.25 + 2 * 0.125 + (3.0 + 12.0) * (0.5 + 0.75))
+    both = separation.required_reach(pair(5.0), np.array([2.0, 1.0]))
+    assert both == pytest.approx(1.0 + 0.25 + 2 * 0.125 + (3.0 + 3.0) * (0.5 + 0.75))
 
 
 def test_nobody_needs_no_reach() -> None:
