@@ -34,7 +34,7 @@ from envs.spaces import (
 from envs.spectator import FRAMES_PER_SECOND, RENDER_MODES, Picture, RenderMode, Spectator
 from envs.steering import steer
 from envs.world import World
-from safefilter.arrays import FloatArray, IntArray, frozen, numbers_of
+from safefilter.arrays import FloatArray, IntArray, frozen, shaped_array
 from safefilter.decision import Decision
 from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
@@ -146,7 +146,7 @@ class OneLearner(gymnasium.Env[Observation, Action]):
             ShapeError: If the action is something else.
         """
         actions = self._actions_of_others()
-        actions[0, LEARNER] = numbers_of(action, "action", (2,))
+        actions[0, LEARNER] = shaped_array(action, "action", (2,))
         step = self._agents.step(actions)
         self._spectator.see(step)
         is_over = bool(self._agents.is_over[0, LEARNER])

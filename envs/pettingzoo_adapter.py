@@ -33,7 +33,7 @@ from envs.spaces import (
 )
 from envs.spectator import FRAMES_PER_SECOND, RENDER_MODES, Picture, RenderMode, Spectator
 from safefilter.arguments import require_mapping
-from safefilter.arrays import FloatArray, IntArray, numbers_of
+from safefilter.arrays import FloatArray, IntArray, shaped_array
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput
 from safefilter.scene import Scene
@@ -212,7 +212,7 @@ class ParallelRobots(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no ty
         given = np.zeros(self.navigation.world.position.shape)
         for i, agent in enumerate(self.possible_agents):
             if agent in actions:
-                given[0, i] = numbers_of(actions[agent], f"action of {agent}", (2,))
+                given[0, i] = shaped_array(actions[agent], f"action of {agent}", (2,))
         return given
 
     def _observations(self, agents: list[str]) -> dict[str, Observation]:

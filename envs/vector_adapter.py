@@ -40,7 +40,7 @@ from envs.spaces import (
     observation_space,
 )
 from envs.spectator import FRAMES_PER_SECOND, RENDER_MODES, Picture, RenderMode, Spectator
-from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen, numbers_of
+from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen, shaped_array
 from safefilter.decision import Decision
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.scene import Scene
@@ -230,7 +230,7 @@ class VectorRobots(gymnasium.vector.VectorEnv[Observation, Action, npt.NDArray[A
         Raises:
             ShapeError: If the actions are of another shape.
         """
-        wanted = numbers_of(actions, "actions", (self.num_envs, 2))
+        wanted = shaped_array(actions, "actions", (self.num_envs, 2))
         agents = self._agents
         given = np.zeros(self.navigation.world.position.shape)
         acting = ~agents.is_over[..., np.newaxis]

@@ -102,19 +102,6 @@ def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...])
     return array
 
 
-def numbers_of(value: object, field: str, shape: tuple[int, ...]) -> FloatArray:
-    """Turn a value into numbers of a shape; NaN and infinity are left to the caller.
-
-    Raises:
-        ShapeError: If the shape differs, or something is no number.
-    """
-    numbers = number_array(value, field, f"numbers of shape {shape_text(shape)}")
-    if numbers.shape != shape:
-        raise ShapeError(f"{field}: expected shape {shape_text(shape)}, got {numbers.shape}")
-    array: FloatArray = numbers.astype(np.float64)
-    return array
-
-
 def all_true(flags: BoolArray) -> bool:
     """Are all of them true? As bytes: numpy takes 2 us to begin with."""
     return b"\0" not in flags.tobytes()

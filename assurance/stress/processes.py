@@ -1,7 +1,7 @@
 """Processes that drive cases: one hands out numbers and writes the log, the others drive.
 
 Whoever drives holds no file, so that killing any process at any moment, by any signal, leaves the log whole: a case is
-either on disk or driven again. Those who drive end when the one who asks is gone.
+either on disk or driven again. Those who drive end with the case they are at when the one who asks is gone.
 """
 
 from __future__ import annotations

@@ -17,11 +17,11 @@ from safefilter.arrays import (
     finite_array,
     frozen,
     number_array,
-    numbers_of,
     per_robot,
     positive_number,
     require_positive,
     shape_text,
+    shaped_array,
 )
 from safefilter.errors import NotFinite, OutOfRange, ShapeError
 
@@ -197,10 +197,10 @@ def test_arrays_of_numbers_are_looked_at_not_copied() -> None:
 
 
 def test_numbers_of_a_shape_may_be_infinite() -> None:
-    found = numbers_of([math.nan, 2**70], "action", (2,))
+    found = shaped_array([math.nan, 2**70], "action", (2,))
     assert found.dtype == np.float64
     assert math.isnan(found[0])
     assert found[1] == 2.0**70
     for value in ([1.0], [[1.0, 2.0]], [1j, 2.0], ["1", "2"], [[1.0], 2.0], None):
         with pytest.raises(ShapeError, match="action: expected"):
-            numbers_of(value, "action", (2,))
+            shaped_array(value, "action", (2,))  # type: ignore[arg-type]  # that is the point
