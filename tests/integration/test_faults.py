@@ -136,3 +136,29 @@ def test_a_solver_that_goes_round_in_circles_is_stopped(backend: str) -> None:
     )
     status = sf.make_backend(backend, tolerance=1e-9).solve(program).status
     assert status is not sf.Status.INFEASIBLE
+
+
+@pytest.mark.skipif(
+    "qpsolvers:proxqp" not in sf.available_backends(), reason="this solver is not installed"
+)
+def test_a_wish_from_which_a_solver_never_comes_back_is_answered_at_the_deadline() -> None:
+    # Case 336 of the stress campaign, seed 0: proxqp 0.8 loops inside of its own code.
+    scene = sf.Scene.from_world([[0.0, 0.0], [0.5, 0.0]], [[0.1, 0.0], [-0.1, 0.0]], 0.1)
+    safety_filter = sf.SafetyFilter(
+        [sf.PriorityORCA(2.0), sf.Separation(0.2)],
+        sf.Holonomic(0.2),
+        backend="qpsolvers:proxqp",
+        deadline=2.0,
+    )
+    decision = safety_filter.decide(scene, [[1e30, -0.142], [1e30, 0.142]])
+    assert decision.certified.all()
+    built_in = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(0.2)], sf.Holonomic(0.2))
+    expected = built_in.decide(scene, [[1e30, -0.142], [1e30, 0.142]]).action
+    assert decision.action == pytest.approx(expected, abs=1e-8)
+    assert {int(fault) for fault in decision.fault} <= {
+        Fault.NONE,
+        Fault.DEADLINE,
+        Fault.BACKEND_REJECTED,
+        Fault.BACKEND_RAISED,
+        Fault.BACKEND_WRONG_STATUS,
+    }
