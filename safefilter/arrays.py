@@ -96,10 +96,7 @@ def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...])
         ShapeError: If the shape differs, or the value is not numeric.
         NotFinite: If an entry is NaN or infinite; the message names the row.
     """
-    array = shaped_array(value, field, shape)
-    if not all_true(np.isfinite(array)):
-        _raise_at(~np.isfinite(array), array, field, NotFinite, "a finite number")
-    return array
+    return require_finite(shaped_array(value, field, shape), field)
 
 
 def all_true(flags: BoolArray) -> bool:
@@ -115,19 +112,39 @@ def _matches(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> bool:
     )
 
 
+def shaped_per_robot(value: npt.ArrayLike, field: str, num_robots: int) -> FloatArray:
+    """Spread a number, or one number a robot, to an array of shape (N,), finite or not.
+
+    Raises:
+        ShapeError: If the value is neither a number nor of shape (N,).
+    """
+    if type(value) is np.ndarray and value.shape == (num_robots,):
+        return shaped_array(value, field, (num_robots,))
+    array = number_array(value, field, f"a number, or numbers of shape ({num_robots},)")
+    if array.ndim == 0:
+        array = np.broadcast_to(array, (num_robots,))
+    return shaped_array(array, field, (num_robots,))
+
+
 def per_robot(value: npt.ArrayLike, field: str, num_robots: int) -> FloatArray:
-    """Spread a number, or one number a robot, to a finite array of shape (N,).
+    """Spread a number, or one number a robot, to a finite array of shape (N,); see `shaped_per_robot`.
 
     Raises:
         ShapeError: If the value is neither a number nor of shape (N,).
         NotFinite: If an entry is NaN or infinite.
     """
-    if type(value) is np.ndarray and value.shape == (num_robots,):
-        return finite_array(value, field, (num_robots,))
-    array = number_array(value, field, f"a number, or numbers of shape ({num_robots},)")
-    if array.ndim == 0:
-        array = np.broadcast_to(array, (num_robots,))
-    return finite_array(array, field, (num_robots,))
+    return require_finite(shaped_per_robot(value, field, num_robots), field)
+
+
+def require_finite(array: FloatArray, field: str) -> FloatArray:
+    """Return ``array`` if all of it is finite.
+
+    Raises:
+        NotFinite: Otherwise; the message names the row.
+    """
+    if not all_true(np.isfinite(array)):
+        _raise_at(~np.isfinite(array), array, field, NotFinite, "a finite number")
+    return array
 
 
 def require_positive(array: FloatArray, field: str) -> FloatArray:

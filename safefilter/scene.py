@@ -23,6 +23,7 @@ from safefilter.arrays import (
     frozen,
     per_robot,
     shaped_array,
+    shaped_per_robot,
 )
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.jit import formula
@@ -262,8 +263,8 @@ class Scene:
 
 
 def _one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | FloatArray:
-    """Take one number, or one a robot. Spreading a number is left to the assignment, which is faster."""
-    return value if isinstance(value, int | float) else per_robot(value, field, num_robots)
+    """Take one number, or one a robot, finite or not. Spreading a number is left to the assignment, which is faster."""
+    return value if isinstance(value, int | float) else shaped_per_robot(value, field, num_robots)
 
 
 def _positions(value: npt.ArrayLike) -> FloatArray:
@@ -317,7 +318,7 @@ def _flags(value: npt.ArrayLike, num_robots: int) -> BoolArray:
             f"cooperative: expected a bool or bools of shape ({num_robots},), "
             f"got {flags.dtype} of shape {flags.shape}"
         )
-    return np.full(num_robots, flags)
+    return np.full(num_robots, flags) if flags.ndim == 0 else flags.astype(np.bool_)
 
 
 def _world_numbers(value: npt.ArrayLike, num_robots: int) -> IntArray:
@@ -329,7 +330,9 @@ def _world_numbers(value: npt.ArrayLike, num_robots: int) -> IntArray:
             f"world: expected an integer or integers of shape ({num_robots},), "
             f"got {numbers.dtype} of shape {numbers.shape}"
         )
-    return np.full(num_robots, numbers, dtype=np.int64)
+    if numbers.ndim == 0:
+        return np.full(num_robots, numbers, dtype=np.int64)
+    return numbers.astype(np.int64)
 
 
 def _as_array(value: npt.ArrayLike, field: str) -> npt.NDArray[np.generic]:
