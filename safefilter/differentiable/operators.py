@@ -15,7 +15,6 @@ from typing import Any
 
 import torch
 from torch import Tensor
-from torch.autograd.function import once_differentiable
 
 from safefilter.differentiable.answer import answer
 from safefilter.differentiable.found import TensorRows
@@ -27,7 +26,7 @@ from safefilter.differentiable.sensitivity import (
 )
 from safefilter.differentiable.sensitivity_kernel import AnsweredArrays, compiled_gradients
 
-Derivative = Callable[..., tuple[Tensor, ...]]
+Operator = Callable[..., tuple[Tensor, ...]]
 
 
 def _project(
@@ -124,7 +123,7 @@ def _keep(ctx: Any, inputs: tuple[Any, ...], output: tuple[Tensor, ...]) -> None
 
 
 def _differentiate(
-    derivative: Derivative, ctx: Any, of_point: Tensor | None, of_least: Tensor | None
+    derivative: Operator, ctx: Any, of_point: Tensor | None, of_least: Tensor | None
 ) -> tuple[Tensor | None, ...]:
     point = ctx.saved_tensors[3]
     of_point = torch.zeros_like(point) if of_point is None else of_point
@@ -146,15 +145,15 @@ class _Now(torch.autograd.Function):
     setup_context = staticmethod(_keep)
 
     @staticmethod
-    @once_differentiable
     def backward(
         ctx: Any, of_point: Tensor | None, of_least: Tensor | None, *_: Tensor | None
     ) -> tuple[Tensor | None, ...]:
-        return _differentiate(_project_backward, ctx, of_point, of_least)
+        # Gradients are being recorded only if somebody asks for a second derivative: the operator refuses.
+        derivative = project_backward if torch.is_grad_enabled() else _project_backward
+        return _differentiate(derivative, ctx, of_point, of_least)
 
 
 def project_now(*question: Tensor | float) -> tuple[Tensor, ...]:
     """`project`, without torch's dispatcher unless something is being compiled."""
-    call = project if torch.compiler.is_compiling() else _Now.apply
-    answered: tuple[Tensor, ...] = call(*question)
-    return answered
+    call: Operator = project if torch.compiler.is_compiling() else _Now.apply
+    return call(*question)
