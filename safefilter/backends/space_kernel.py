@@ -30,12 +30,14 @@ from safefilter.backends.planar_kernel import (
     Rows,
 )
 from safefilter.jit import array_formula, formula
-from safefilter.vectors import along, dot, length
+from safefilter.vectors import along, dot, first_largest
 
 # A normal that is this near to the span of others, as a sine, lies in it.
 DEPENDENT_SINE = 1e-12
 # A share of a normal below this is rounding, and keeps no row from entering.
 SHARE_ROUNDING = 1e-12
+# Where less than this is left of the square of a normal, rounding of its parts shows in the rest, which is taken again.
+SHORT_SQUARE = 1e-2
 # A finite method on paper; rounding could make it cycle. Real scenes take under ten steps.
 MAX_STEPS_PER_DIMENSION = 100
 REFINEMENTS = 2
@@ -59,11 +61,16 @@ class Room(NamedTuple):
     Attributes:
         point: Where the solver is, shape (d,).
         basis: Orthonormal vectors b that span the normals held, one a row, shape (d, d).
-        factor: ``normal a = sum over b of factor[b, a] * basis[b]``, upper triangular, shape (d, d).
+        factor: ``normal a = sum over b of factor[b, a] * basis[b]``, upper triangular, shape (d, d). It only ever
+            divides by the diagonal, which is therefore kept as one over it.
         parts: Coefficients along the basis, shape (d,).
         shares: Coefficients along the normals held, shape (d,).
         rest: What the basis leaves of a vector, shape (d,).
-        distances: How far along each normal a point is, shape (capacity,).
+        free: What the basis leaves of the wanted point; kept up to date with the basis, shape (d,).
+        wanted_parts: The wanted point along the basis; kept up to date with it, shape (d,).
+        moved: How far along the basis the rows held are from ``free``, shape (d,).
+        missing: How far ``point`` is outside of each row held, shape (d,).
+        violations: How far a point is outside of each row, shape (capacity,).
     """
 
     point: FloatArray
@@ -72,7 +79,11 @@ class Room(NamedTuple):
     parts: FloatArray
     shares: FloatArray
     rest: FloatArray
-    distances: FloatArray
+    free: FloatArray
+    wanted_parts: FloatArray
+    moved: FloatArray
+    missing: FloatArray
+    violations: FloatArray
 
 
 @array_formula
@@ -88,6 +99,10 @@ def make_room(dimension: int, capacity: int) -> Room:
         np.zeros(dimension),
         np.zeros((dimension, dimension)),
         np.zeros((dimension, dimension)),
+        np.zeros(dimension),
+        np.zeros(dimension),
+        np.zeros(dimension),
+        np.zeros(dimension),
         np.zeros(dimension),
         np.zeros(dimension),
         np.zeros(dimension),
@@ -118,28 +133,30 @@ def most_violated(
 ) -> tuple[int, float]:
     """Row violated most, and by how much; soft rows are relaxed first.
 
-    One axis after the other and all rows at once, in ``room.distances``: processors take several rows in one step.
+    Two axes after the other and all rows at once, in ``room.violations``: processors take several rows in one step.
     """
-    worst, violation, size = -1, -math.inf, len(point)
+    size = len(point)
     inside = dot(point, point) <= rows.inner_radius * rows.inner_radius
     first = rows.num_sides if inside else 0
-    # Loops over parts of arrays begin at 0, where compilers see that no index is negative.
-    distances = room.distances[first : rows.num_rows]
-    for k in range(len(distances)):
-        distances[k] = 0.0
-    for c in range(size):
-        component, coordinate = rows.array[c, first : rows.num_rows], point[c]
-        for k in range(len(distances)):
-            distances[k] += component[k] * coordinate
-    for k in range(first, rows.num_hard):
-        distance = rows.array[size, k] - room.distances[k]
-        if distance > violation:
-            worst, violation = k, distance
-    for k in range(rows.num_hard, rows.num_rows):
-        distance = rows.array[size, k] - relaxation - room.distances[k]
-        if distance > violation:
-            worst, violation = k, distance
-    return worst, violation
+    # Of unsigned numbers compilers see that no index is negative.
+    start, end, violations = np.uint64(first), np.uint64(rows.num_rows), room.violations
+    offset, left, x = rows.array[size], rows.array[0], point[0]
+    for k in range(start, end):
+        violations[k] = offset[k] - left[k] * x
+    for c in range(1, size - 1, 2):
+        left, right = rows.array[c], rows.array[c + 1]
+        x, y = point[c], point[c + 1]
+        for k in range(start, end):
+            violations[k] -= left[k] * x + right[k] * y
+    if size % 2 == 0:
+        left, x = rows.array[size - 1], point[size - 1]
+        for k in range(start, end):
+            violations[k] -= left[k] * x
+    if relaxation != 0.0:
+        for k in range(rows.num_hard, rows.num_rows):
+            violations[k] -= relaxation
+    worst, violation = first_largest(violations[first : rows.num_rows])
+    return (first + worst if worst >= 0 else -1), violation
 
 
 @formula
@@ -156,31 +173,45 @@ def most_violated_of(
 
 
 @formula
-def take_out(room: Room, count: int) -> None:
-    """Split ``rest`` into ``parts`` along the basis and what is left, which stays in ``rest``.
+def take_out(room: Room, count: int) -> float:
+    """Take out of ``rest`` what is along the basis, and add that to ``parts``; returns the square of what is left.
 
-    Twice: what is left may be short, and then the first time leaves rounding along the basis in it. All parts are
-    taken before any is taken out: twice is enough then, too (Giraud et al. 2005), and no product waits for another.
-    Overwrites ``shares``.
+    All parts are taken before any is taken out, so no product waits for another. Overwrites ``shares``.
     """
     for b in range(count):
-        room.parts[b] = 0.0
-    for _ in range(2):
-        for b in range(count):
-            room.shares[b] = dot(room.basis[b], room.rest)
-            room.parts[b] += room.shares[b]
-        for b in range(count):
-            for c in range(len(room.rest)):
-                room.rest[c] -= room.shares[b] * room.basis[b, c]
+        room.shares[b] = dot(room.basis[b], room.rest)
+        room.parts[b] += room.shares[b]
+    for b in range(count):
+        for c in range(len(room.rest)):
+            room.rest[c] -= room.shares[b] * room.basis[b, c]
+    return dot(room.rest, room.rest)
 
 
 @formula
 def split_normal(rows: Rows, k: int, count: int, room: Room) -> float:
-    """Split the normal of row k by the basis; returns the length of what is left."""
+    """Split the normal of row k, of length one, by the basis; returns the length of what is left.
+
+    What is left may be short, and then rounding along the basis is in it: taken out twice is enough (Giraud et al.
+    2005). Overwrites ``shares``.
+    """
     for c in range(len(room.rest)):
         room.rest[c] = rows.array[c, k]
-    take_out(room, count)
-    return length(room.rest) if count < len(room.rest) else 0.0
+    for b in range(count):
+        room.parts[b] = 0.0
+    square = take_out(room, count)
+    if square < SHORT_SQUARE:
+        square = take_out(room, count)
+    return math.sqrt(square) if count < len(room.rest) else 0.0
+
+
+@formula
+def keep_free(wanted: FloatArray, count: int, room: Room) -> None:
+    """Write to ``free`` what this many vectors of the basis leave of the wanted point: those that are still known."""
+    for c in range(len(wanted)):
+        free = wanted[c]
+        for b in range(count):
+            free -= room.wanted_parts[b] * room.basis[b, c]
+        room.free[c] = free
 
 
 @formula
@@ -188,9 +219,13 @@ def extend_basis(room: Room, count: int, rest: float) -> None:
     """Take the normal that `split_normal` has just split by this many others into basis and factor."""
     for b in range(count):
         room.factor[b, count] = room.parts[b]
-    room.factor[count, count] = rest
+    inverse = 1.0 / rest
+    part = dot(room.rest, room.free) * inverse
+    room.factor[count, count], room.wanted_parts[count] = inverse, part
     for c in range(len(room.rest)):
-        room.basis[count, c] = room.rest[c] / rest
+        component = room.rest[c] * inverse
+        room.basis[count, c] = component
+        room.free[c] -= part * component
 
 
 @formula
@@ -207,53 +242,60 @@ def solve_upper(room: Room, count: int) -> None:
         value = room.parts[a]
         for b in range(a + 1, count):
             value -= room.factor[a, b] * room.shares[b]
-        room.shares[a] = value / room.factor[a, a]
+        room.shares[a] = value * room.factor[a, a]
 
 
 @formula
-def move_onto_rows(rows: Rows, relaxation: float, held: Held, count: int, room: Room) -> float:
-    """Move ``point`` within the span of the normals onto all rows held: factor' @ parts = what is missing.
-
-    Returns what was missing, all rows together.
-    """
+def measure_missing(rows: Rows, relaxation: float, held: Held, count: int, room: Room) -> float:
+    """Write to ``missing`` how far ``point`` is outside of the rows held; returns the sum of the amounts."""
     total = 0.0
     for a in range(count):
         missing = relaxed_offset(rows, relaxation, held.rows[a])
         missing -= along(rows.array, held.rows[a], room.point)
+        room.missing[a] = missing
         total += abs(missing)
-        for b in range(a):
-            missing -= room.factor[b, a] * room.parts[b]
-        room.parts[a] = missing / room.factor[a, a]
-    for a in range(count):
-        for c in range(len(room.point)):
-            room.point[c] += room.parts[a] * room.basis[a, c]
     return total
 
 
 @formula
-def hold(
-    rows: Rows, relaxation: float, wanted: FloatArray, held: Held, count: int, room: Room
-) -> None:
+def move_onto_rows(count: int, room: Room) -> None:
+    """Move ``point`` within the span of the normals onto all rows held: factor' @ parts = missing."""
+    for a in range(count):
+        part = room.missing[a]
+        for b in range(a):
+            part -= room.factor[b, a] * room.parts[b]
+        part *= room.factor[a, a]
+        room.parts[a] = part
+        room.moved[a] += part
+    for a in range(count):
+        for c in range(len(room.point)):
+            room.point[c] += room.parts[a] * room.basis[a, c]
+
+
+@formula
+def hold(rows: Rows, relaxation: float, held: Held, count: int, room: Room) -> None:
     """Write the point of the rows held, with their basis, that is nearest to the wanted one, and their multipliers.
 
     From what the basis leaves of the wanted point, which is nothing for a corner, onto the rows: so it lies on them to
     the last places, however far off the wanted point is.
     """
-    for c in range(len(wanted)):
-        room.rest[c] = wanted[c] if count < len(wanted) else 0.0
-    if count < len(wanted):
-        take_out(room, count)
-    for c in range(len(wanted)):
-        room.point[c] = room.rest[c]
-    for _ in range(1 + REFINEMENTS):
-        missing, size = move_onto_rows(rows, relaxation, held, count, room), 0.0
-        for c in range(len(wanted)):
-            size += abs(room.point[c])
-        # As in `planar_kernel.hold_by_two`: there is nothing left to gain.
-        if missing <= 0.25 * ROUNDING * size:
-            break
+    size = len(room.point)
+    for c in range(size):
+        room.point[c] = room.free[c] if count < size else 0.0
     for b in range(count):
-        room.parts[b] = dot(room.basis[b], room.point) - dot(room.basis[b], wanted)
+        room.moved[b] = 0.0
+    measure_missing(rows, relaxation, held, count, room)
+    move_onto_rows(count, room)
+    for _ in range(REFINEMENTS):
+        missing, largest = measure_missing(rows, relaxation, held, count, room), 0.0
+        for c in range(size):
+            largest += abs(room.point[c])
+        # As in `planar_kernel.hold_by_two`: there is nothing left to gain. Then nothing that follows waits for this.
+        if missing <= 0.25 * ROUNDING * largest:
+            break
+        move_onto_rows(count, room)
+    for b in range(count):
+        room.parts[b] = room.moved[b] - room.wanted_parts[b]
     solve_upper(room, count)
     for a in range(count):
         held.weights[a] = max(0.0, room.shares[a])
@@ -271,7 +313,13 @@ def blocking_row(held: Held, count: int, room: Room) -> tuple[int, float]:
 
 @formula
 def add_row(
-    rows: Rows, r: int, violation: float, held: Held, count: int, room: Room
+    rows: Rows,
+    wanted: FloatArray,
+    r: int,
+    violation: float,
+    held: Held,
+    count: int,
+    room: Room,
 ) -> tuple[bool, int]:
     """Take a violated row into the rows held, dropping those whose multiplier would turn negative.
 
@@ -299,6 +347,7 @@ def add_row(
             held.weights[a] -= step * room.shares[a]
         for a in range(blocking, count):
             held.rows[a], held.weights[a] = held.rows[a + 1], held.weights[a + 1]
+        keep_free(wanted, blocking, room)
         factorise(rows, held, blocking, count, room)
 
 
@@ -331,14 +380,15 @@ def project(
     count, threshold = 0, VIOLATED_PART * tolerance
     for c in range(len(wanted)):
         room.point[c] = wanted[c]
+    keep_free(wanted, 0, room)
     for _ in range(MAX_STEPS_PER_DIMENSION * len(wanted)):
         r, violation = most_violated_of(rows, relaxation, room.point, hint, num_hints)
         if r < 0 or violation <= threshold + rounding_of(rows, r, room.point):
             r, violation = most_violated(rows, relaxation, room.point, room)
             if r < 0 or violation <= threshold + rounding_of(rows, r, room.point):
                 return SOLVED, count
-        contradiction, count = add_row(rows, r, violation, held, count, room)
+        contradiction, count = add_row(rows, wanted, r, violation, held, count, room)
         if contradiction:
             return CONTRADICTION, count
-        hold(rows, relaxation, wanted, held, count, room)
+        hold(rows, relaxation, held, count, room)
     return STALLED, count

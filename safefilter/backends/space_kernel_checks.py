@@ -25,7 +25,7 @@ def is_nearest(
 ) -> bool:
     """Do the multipliers prove that the point is the nearest? Checked from the rows, not from the way there.
 
-    Of ``room``, ``rest`` and ``distances`` are scratch.
+    Of ``room``, ``rest`` and ``violations`` are scratch.
     """
     _, violation = most_violated(rows, relaxation, point, room)
     scale, rest = 1.0, room.rest

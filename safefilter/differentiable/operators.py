@@ -1,13 +1,16 @@
 """The two operators behind `Projection`, registered with torch: the answer, and its derivative.
 
 As custom operators they are one step to `torch.compile` (which cannot look into a compiled kernel, and need not), and
-say on which shapes they work. They have a first derivative only: asking for a second one is an error of torch's.
+say on which shapes they work. While nothing is compiled `project_now` calls the same code without the way through
+torch's dispatcher, which takes longer than a small batch. They have a first derivative only: asking for a second one is
+an error of torch's.
 
 Letters: B decisions, M rows, n variables.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import torch
@@ -23,14 +26,10 @@ from safefilter.differentiable.sensitivity import (
 )
 from safefilter.differentiable.sensitivity_kernel import AnsweredArrays, compiled_gradients
 
+Operator = Callable[..., tuple[Tensor, ...]]
 
-@torch.library.custom_op(
-    "safefilter::project",
-    mutates_args=(),
-    schema="(Tensor action, Tensor normals, Tensor offsets, Tensor hard, Tensor present, float tolerance)"
-    " -> (Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor)",
-)
-def project(
+
+def _project(
     action: Tensor,
     normals: Tensor,
     offsets: Tensor,
@@ -64,6 +63,15 @@ def project(
     )
 
 
+project = torch.library.custom_op(
+    "safefilter::project",
+    _project,
+    mutates_args=(),
+    schema="(Tensor action, Tensor normals, Tensor offsets, Tensor hard, Tensor present, float tolerance)"
+    " -> (Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor)",
+)
+
+
 @project.register_fake
 def _shapes(action: Tensor, *_: Tensor | float) -> tuple[Tensor, ...]:
     batch, size = action.shape
@@ -78,13 +86,7 @@ def _shapes(action: Tensor, *_: Tensor | float) -> tuple[Tensor, ...]:
     )
 
 
-@torch.library.custom_op(
-    "safefilter::project_backward",
-    mutates_args=(),
-    schema="(Tensor of_point, Tensor of_least, Tensor normals, Tensor offsets, Tensor hard, Tensor point,"
-    " Tensor active, Tensor multipliers, Tensor proof, Tensor weights) -> (Tensor, Tensor, Tensor)",
-)
-def project_backward(
+def _project_backward(
     of_point: Tensor, of_least: Tensor, *given: Tensor
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Gradients of an answer, see `safefilter.differentiable.sensitivity`; compiled on the CPU."""
@@ -97,6 +99,15 @@ def project_backward(
     return Gradients(*map(torch.from_numpy, compiled))
 
 
+project_backward = torch.library.custom_op(
+    "safefilter::project_backward",
+    _project_backward,
+    mutates_args=(),
+    schema="(Tensor of_point, Tensor of_least, Tensor normals, Tensor offsets, Tensor hard, Tensor point,"
+    " Tensor active, Tensor multipliers, Tensor proof, Tensor weights) -> (Tensor, Tensor, Tensor)",
+)
+
+
 @project_backward.register_fake
 def _backward_shapes(of_point: Tensor, of_least: Tensor, *given: Tensor) -> tuple[Tensor, ...]:  # noqa: ARG001 - torch calls this with all arguments
     normals, offsets, *_ = given
@@ -106,14 +117,43 @@ def _backward_shapes(of_point: Tensor, of_least: Tensor, *given: Tensor) -> tupl
 def _keep(ctx: Any, inputs: tuple[Any, ...], output: tuple[Tensor, ...]) -> None:
     _, normals, offsets, hard, _, _ = inputs
     point, _, _, active, multipliers, proof, weights = output
+    # Else torch fills a batch of zeros for every output that nobody asks the gradient of.
+    ctx.set_materialize_grads(False)
     ctx.save_for_backward(normals, offsets, hard, point, active, multipliers, proof, weights)
 
 
-def _backward(
-    ctx: Any, of_point: Tensor, of_least: Tensor, *_: Tensor
+def _differentiate(
+    derivative: Operator, ctx: Any, of_point: Tensor | None, of_least: Tensor | None
 ) -> tuple[Tensor | None, ...]:
-    action, normals, offsets = project_backward(of_point, of_least, *ctx.saved_tensors)
-    return action, normals, offsets, None, None, None
+    point = ctx.saved_tensors[3]
+    of_point = torch.zeros_like(point) if of_point is None else of_point
+    of_least = torch.zeros_like(point[:, 0]) if of_least is None else of_least
+    return (*derivative(of_point, of_least, *ctx.saved_tensors), None, None, None)
+
+
+def _backward(
+    ctx: Any, of_point: Tensor | None, of_least: Tensor | None, *_: Tensor | None
+) -> tuple[Tensor | None, ...]:
+    return _differentiate(project_backward, ctx, of_point, of_least)
 
 
 project.register_autograd(_backward, setup_context=_keep)
+
+
+class _Now(torch.autograd.Function):
+    forward = staticmethod(_project)
+    setup_context = staticmethod(_keep)
+
+    @staticmethod
+    def backward(
+        ctx: Any, of_point: Tensor | None, of_least: Tensor | None, *_: Tensor | None
+    ) -> tuple[Tensor | None, ...]:
+        # Gradients are being recorded only if somebody asks for a second derivative: the operator refuses.
+        derivative = project_backward if torch.is_grad_enabled() else _project_backward
+        return _differentiate(derivative, ctx, of_point, of_least)
+
+
+def project_now(*question: Tensor | float) -> tuple[Tensor, ...]:
+    """`project`, without torch's dispatcher unless something is being compiled."""
+    call: Operator = project if torch.compiler.is_compiling() else _Now.apply
+    return call(*question)

@@ -21,7 +21,7 @@ from torch import Tensor, nn
 
 from safefilter.arguments import require_kind
 from safefilter.arrays import positive_number
-from safefilter.differentiable.operators import project
+from safefilter.differentiable.operators import project_now
 from safefilter.errors import InvalidInput, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.safety_filter import TOLERANCE
@@ -141,7 +141,7 @@ class Projection(nn.Module):
                 f"normals: expected shape (B, M, n) or (M, n), got {tuple(normals.shape)}"
             )
         rows = (batch, normals.shape[-2])
-        point, *rest = project(
+        point, *rest = project_now(
             action.double(),
             _spread(normals.double(), "normals", (*rows, size)),
             _spread(offsets.double(), "offsets", rows),
@@ -224,4 +224,5 @@ def _spread(value: Tensor, field: str, shape: tuple[int, ...]) -> Tensor:
         raise ShapeError(
             f"{field}: expected shape {shape} or {shape[1:]}, got {tuple(value.shape)}"
         )
-    return value.expand(shape)
+    # A view that changes nothing is a step of autograd's all the same, forward and backward.
+    return value if tuple(value.shape) == shape else value.expand(shape)

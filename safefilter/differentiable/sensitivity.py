@@ -108,8 +108,9 @@ def gradients(given: Answered, of_point: Tensor, of_least: Tensor) -> Gradients:
 def least_violation_of(given: Answered) -> Tensor:
     """t*, shape (B,): what the weights of the proof prove, taken from the point so that rounding stays small."""
     least = torch.zeros_like(given.point[:, 0])
-    index = torch.nonzero((given.proof >= 0).any(1))[:, 0]
-    if len(index) > 0:
+    is_third = given.proof >= 0
+    if bool(is_third.any()):
+        index = torch.nonzero(is_third.any(1))[:, 0]
         third = given.part(index)
         violation = _Slots.of(third, third.proof).violation(third)
         least[index] = (third.weights * violation).sum(1)

@@ -21,10 +21,10 @@ from safefilter.backends.planar_kernel import Rows
 from safefilter.backends.space_kernel import (
     Room,
     extend_basis,
+    keep_free,
     make_room,
     solve_upper,
     split_normal,
-    take_out,
 )
 from safefilter.jit import array_formula, formula, kernel
 from safefilter.threads import over_ranges
@@ -148,6 +148,7 @@ def split_gradient(slots: Slots, count: int, of_point: FloatArray, k: int, room:
     """Write w to ``room.rest`` and y to ``room.shares``, see `sensitivity`."""
     size, rank = of_point.shape[1], 0
     rows = Rows(slots.array, count, 0, 0, 0.0)
+    keep_free(of_point[k], 0, room)
     for a in range(count):
         rest = split_normal(rows, a, a, room)
         if rest > DEPENDENT:
@@ -158,13 +159,11 @@ def split_gradient(slots: Slots, count: int, of_point: FloatArray, k: int, room:
                 room.rest[c] = 0.0
             extend_basis(room, a, 1.0)
     for c in range(size):
-        room.rest[c] = of_point[k, c]
-    take_out(room, count)
-    solve_upper(room, count)
-    if rank == size:
         # A corner lets nothing through, not even rounding.
-        for c in range(size):
-            room.rest[c] = 0.0
+        room.rest[c] = room.free[c] if rank < size else 0.0
+    for b in range(count):
+        room.parts[b] = room.wanted_parts[b]
+    solve_upper(room, count)
 
 
 @formula

@@ -47,6 +47,15 @@ def solve(
 
 
 @kernel
+def kept(array: FloatArray, wanted: FloatArray) -> tuple[int, FloatArray, FloatArray, FloatArray]:
+    size = len(wanted)
+    rows = Rows(array, array.shape[1], array.shape[1], 0, 0.0)
+    held, room = make_held(size), make_room(size, array.shape[1])
+    _, count = project(rows, 0.0, wanted, TOLERANCE, held, held.rows, 0, room)
+    return count, room.basis, room.wanted_parts, room.free
+
+
+@kernel
 def solve_in_plane(array: FloatArray, wanted: FloatArray) -> tuple[int, float, float]:
     rows = Rows(array, array.shape[1], array.shape[1], 0, 0.0)
     active, weights = np.zeros(3, dtype=np.int64), np.zeros(3)
@@ -128,6 +137,23 @@ def test_random_rows_against_exact_arithmetic(seed: int, size: int, far: float) 
         np.testing.assert_allclose(found.point, point, atol=1e-9)
     else:
         assert_contradiction(rows, found)
+
+
+@given(seed=st.integers(0, 99_999), far=st.sampled_from((1.0, 1e6, 1e12)))
+def test_the_wanted_point_stays_taken_apart_whatever_rows_came_and_went(
+    seed: int, far: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    size, num_rows = int(rng.integers(2, 7)), 16
+    normals = rng.normal(size=(size, num_rows))
+    normals /= np.linalg.norm(normals, axis=0)
+    array = np.vstack([normals, rng.uniform(-1.0, -0.01, num_rows)])
+    wanted = far * rng.normal(size=size)
+    count, basis, parts, free = kept(array, wanted)
+    basis, parts = basis[:count], parts[:count]
+    np.testing.assert_allclose(basis @ basis.T, np.eye(count), atol=1e-12)
+    np.testing.assert_allclose(parts @ basis + free, wanted, rtol=0.0, atol=1e-13 * far)
+    np.testing.assert_allclose(basis @ free, 0.0, atol=1e-13 * far)
 
 
 @st.composite

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safefilter.vectors import along, dot, is_finite, length
+from safefilter.vectors import along, dot, first_largest, is_finite, length
 
 components = st.floats(-1e3, 1e3)
 vectors = st.lists(components, min_size=1, max_size=5).map(np.array)
@@ -28,6 +28,24 @@ def test_sums_are_those_of_numpy(left: np.ndarray[tuple[int], np.dtype[np.float6
     right = left[::-1].copy()
     assert dot(left, right) == pytest.approx(float(left @ right), rel=1e-12, abs=1e-9)
     assert length(left) == pytest.approx(math.hypot(*left), rel=1e-12, abs=1e-12)
+
+
+@given(numbers=st.lists(st.sampled_from((0.0, -0.0, 1.0, -2.0, math.inf, -math.inf)), max_size=13))
+def test_the_first_of_the_largest_is_found_however_many_are_equal(numbers: list[float]) -> None:
+    expected = (-1, -math.inf)
+    for place, number in enumerate(numbers):
+        if number > expected[1]:
+            expected = place, number
+    assert first_largest(np.array(numbers, dtype=np.float64)) == expected
+
+
+def test_nothing_is_never_the_largest() -> None:
+    assert first_largest(np.full(9, math.nan)) == (-1, -math.inf)
+    numbers = np.full(9, math.nan)
+    for place in range(9):
+        numbers[place] = -3.0
+        assert first_largest(numbers) == (0, -3.0)
+        assert first_largest(numbers[place:].copy()) == (0, -3.0)
 
 
 @pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
