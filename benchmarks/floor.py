@@ -28,7 +28,7 @@ from benchmarks.results import Result, Row
 from benchmarks.timing import Action, interleaved, on_threads
 from safefilter import Holonomic, PriorityORCA, Scene, Separation
 from safefilter.batch.decide import decide_range
-from safefilter.batch.records import Limits, Options, Problem, Results, plain
+from safefilter.batch.records import LAYOUT, Limits, Problem, Settings, plain
 from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.static_obstacles import NO_STATIC
 from safefilter.constraints.user_rows import user_rows
@@ -36,6 +36,7 @@ from safefilter.dense_grid import box_of, count_range, fill_dense_grid, write_ra
 from safefilter.kinematics.drive import NO_DRIVE
 from safefilter.neighbours import cells_of, find_neighbours
 from safefilter.safety_filter import TOLERANCE
+from safefilter.scene import PLANE
 
 SIZE, QUICK_SIZE = 100_000, 500
 ROUNDS, QUICK_ROUNDS = 15, 3
@@ -106,8 +107,8 @@ def _measure(crowd: Crowd, rounds: int, *, quick: bool) -> Result:
 def _stages(crowd: Crowd) -> dict[str, Action]:
     """What is timed, by name; see `_stage_rows` for which is a part of which."""
     size, scene, safety_filter = len(crowd.position), crowd.scene(), crowd_filter()
-    parts, blocks = plain(_problem(crowd, scene)), tuple(Results.empty(size))
-    settings = tuple(Options(TOLERANCE, 1.0, 0.0, is_single=False))
+    parts, settings = plain(_problem(crowd, scene)), plain(_settings())
+    results = np.empty(size, LAYOUT[PLANE])
     world = np.zeros(size, dtype=np.int64)
     cells = cells_of(crowd.position, REACH)
     box, squared = box_of(cells), REACH * REACH
@@ -123,18 +124,17 @@ def _stages(crowd: Crowd) -> dict[str, Action]:
         "count pairs": lambda: count_range(squared, grid, start.copy(), 0, size),
         "write pairs": lambda: write_range(squared, grid, start, neighbours, 0, size),
         "decide": lambda: safety_filter.decide(scene, crowd.wanted),
-        "kernel": partial(decide_range, parts, settings, blocks, 0, size),
+        "kernel": partial(decide_range, parts, settings, results, 0, size),
         "sides": partial(write_sides, parts, size),
-        "separation": partial(separate, parts, size),
-        "choice": partial(choose_neighbours, parts, size),
-        "all rows": partial(make_all_rows, parts, size),
+        "separation": partial(separate, parts, settings, size),
+        "choice": partial(choose_neighbours, parts, settings, size),
+        "all rows": partial(make_all_rows, parts, settings, size),
     }
 
 
 def _problem(crowd: Crowd, scene: Scene) -> Problem:
     """What the kernels are given by `crowd_filter`."""
     size, kinematics = len(crowd.position), Holonomic(MAX_SPEED)
-    orca = PriorityORCA(TIME_HORIZON, max_neighbours=MAX_NEIGHBOURS, order="distance")
     limits = Limits(
         kinematics.v_max(scene),
         kinematics.speed_limit(scene),
@@ -146,15 +146,19 @@ def _problem(crowd: Crowd, scene: Scene) -> Problem:
         SceneArrays.of(scene),
         index,
         crowd.wanted.copy(),
-        orca.settings(1),
-        Separation(DT).settings(2, 3),
-        NO_STATIC,
         limits,
         NO_DRIVE,
         user_rows({}, scene, crowd.wanted, index),
         kinematics.sides.shape[1] + 2 * scene.most_neighbours,
         scene.most_neighbours,
+        is_single=False,
     )
+
+
+def _settings() -> Settings:
+    """The settings of `crowd_filter`."""
+    orca = PriorityORCA(TIME_HORIZON, max_neighbours=MAX_NEIGHBOURS, order="distance")
+    return Settings(orca.settings(1), Separation(DT).settings(2, 3), NO_STATIC, TOLERANCE, 1.0, 0.0)
 
 
 def _stage_rows(best: dict[str, float], group: str) -> Iterator[Row]:
@@ -195,10 +199,7 @@ def _held_bytes(crowd: Crowd) -> float:
     """Bytes a robot of the arrays that one step makes, each written once and read once."""
     scene = crowd.scene()
     made = (scene.state, scene.neighbour_start, scene.neighbours, scene.world, scene.cooperative)
-    results = Results.empty(1)
-    return 2.0 * sum(part.nbytes for part in made) / len(crowd.position) + sum(
-        part.nbytes for part in results
-    )
+    return 2.0 * sum(part.nbytes for part in made) / len(crowd.position) + LAYOUT[PLANE].itemsize
 
 
 def _bandwidth(rounds: int, numbers: int) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 import numba
 
 from safefilter.arrays import FloatArray
-from safefilter.batch.records import make_scratch, problem_of
+from safefilter.batch.records import make_scratch, problem_of, settings_of
 from safefilter.batch.rows import make_rows
 from safefilter.constraints.priority_orca import most_urgent
 from safefilter.constraints.row_buffers import RowLabels, row_buffers
@@ -32,9 +32,9 @@ def write_sides(parts: tuple[Any, ...], number: int) -> int:
 
 
 @kernel
-def separate(parts: tuple[Any, ...], number: int) -> int:
+def separate(parts: tuple[Any, ...], settings_parts: tuple[Any, ...], number: int) -> int:
     """Write the separation rows of each decision."""
-    problem = problem_of(parts)
+    problem, settings = problem_of(parts), settings_of(settings_parts)
     buffers = row_buffers(1, problem.capacity)
     rows, total = RowLabels(buffers.array[0], buffers.label[0]), 0
     for k in range(number):
@@ -42,7 +42,7 @@ def separate(parts: tuple[Any, ...], number: int) -> int:
             rows,
             0,
             problem.scene,
-            problem.separation,
+            settings.separation,
             problem.limits.speed_limit,
             problem.index[k],
         )
@@ -50,27 +50,27 @@ def separate(parts: tuple[Any, ...], number: int) -> int:
 
 
 @kernel
-def choose_neighbours(parts: tuple[Any, ...], number: int) -> int:
+def choose_neighbours(parts: tuple[Any, ...], settings_parts: tuple[Any, ...], number: int) -> int:
     """Choose the neighbours of each decision that has more than are kept."""
-    problem = problem_of(parts)
+    problem, settings = problem_of(parts), settings_of(settings_parts)
     scratch, total = make_scratch(problem.num_neighbours), 0
     start = problem.scene.neighbour_start
     for k in range(number):
         i = problem.index[k]
-        if start[i + 1] - start[i] > problem.orca.max_neighbours:
-            total += most_urgent(problem.scene, problem.orca, i, scratch.chosen, scratch.keys)
+        if start[i + 1] - start[i] > settings.orca.max_neighbours:
+            total += most_urgent(problem.scene, settings.orca, i, scratch.chosen, scratch.keys)
     return total
 
 
 @kernel
-def make_all_rows(parts: tuple[Any, ...], number: int) -> int:
+def make_all_rows(parts: tuple[Any, ...], settings_parts: tuple[Any, ...], number: int) -> int:
     """Write all rows of each decision."""
-    problem = problem_of(parts)
+    problem, settings = problem_of(parts), settings_of(settings_parts)
     buffers = row_buffers(1, problem.capacity)
     rows, total = RowLabels(buffers.array[0], buffers.label[0]), 0
     scratch = make_scratch(problem.num_neighbours)
     for k in range(number):
-        sections = make_rows(problem, k, rows, scratch.chosen, scratch.keys)
+        sections = make_rows(problem, settings, k, rows, scratch.chosen, scratch.keys)
         total += sections.num_rows
     return total
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -107,7 +106,8 @@ def scan_walls(
     )
     # Ranges that have just been cast need neither a check nor a copy.
     blank = _blank_scan(rules.num_beams)
-    return replace(blank, ranges=frozen(ranges[worlds].reshape(-1, rules.num_beams)))
+    returned = frozen(ranges[worlds].reshape(-1, rules.num_beams))
+    return Lidar(returned, blank.angles, blank.corner_angle)
 
 
 @functools.cache

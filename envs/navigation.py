@@ -19,7 +19,7 @@ from envs.fleet import Fleet
 from envs.lidar import scan_walls
 from envs.observation import Observer
 from envs.observation_layout import ObservationLayout, Observations
-from envs.outcome import Outcome, empty_blocks
+from envs.outcome import Outcome
 from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
 from envs.sensing import Sensing
@@ -155,16 +155,16 @@ class Navigation:
         """
         world = self.world
         action = finite_array(actions, "actions", world.position.shape)
-        blocks = empty_blocks(world.num_worlds, world.num_robots)
         if self._crowd is not None:
             self._walk(self._crowd, action)
-        parts, written = self._parts(), tuple(blocks)
+        num_worlds, num_robots = world.num_worlds, world.num_robots
+        outcome = Outcome.empty(num_worlds, num_robots)
+        parts, written = self._parts(), outcome[:]
         over_worlds(
             lambda first, last: step_worlds(first, last, action, parts, written),
-            world.num_worlds,
-            world.num_robots,
+            num_worlds,
+            num_robots,
         )
-        outcome = Outcome.of(blocks)
         self.observer.update()
         self.observer.restart(outcome.reborn)
         return outcome

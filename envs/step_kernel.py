@@ -118,23 +118,6 @@ class OutcomeArrays(NamedTuple):
     timed_out: BoolArray
 
 
-class OutcomeBlocks(NamedTuple):
-    """All of an `envs.outcome.Outcome` in four blocks, because every array handed to a kernel costs.
-
-    Attributes:
-        numbers: ``clearance``, ``wall_clearance``, ``cycle_time`` and the part of the step before each first contact,
-            shape (4, W, N).
-        flags: ``collided``, ``hit_robot``, ``hit_wall``, ``arrived``, ``reborn`` and ``rotated``, shape (6, W, N).
-        ends: ``over`` and ``timed_out``, shape (2, W).
-        num_contacts: Shape (W,).
-    """
-
-    numbers: FloatArray
-    flags: BoolArray
-    ends: BoolArray
-    num_contacts: IntArray
-
-
 @array_formula
 def inputs_of(parts: tuple[Any, ...]) -> StepInputs:
     """Give plain inputs their names back."""
@@ -150,12 +133,25 @@ def inputs_of(parts: tuple[Any, ...]) -> StepInputs:
 
 @array_formula
 def named_blocks(blocks: tuple[Any, ...]) -> tuple[ContactArrays, OutcomeArrays]:
-    """Name what is in plain blocks of an outcome: the contacts, and the rest."""
+    """Name what is in the blocks of an outcome: the contacts, and the rest."""
     numbers, flags, ends, num_contacts = blocks
     contacts = ContactArrays(numbers[0], numbers[1], flags[1], flags[2], numbers[3], num_contacts)
     return contacts, OutcomeArrays(
         flags[0], flags[3], numbers[2], flags[4], flags[5], ends[0], ends[1]
     )
+
+
+@formula
+def forget_world(contacts: ContactArrays, outcome: OutcomeArrays, w: int) -> None:
+    """Nothing has happened yet: no contact, and nobody near."""
+    contacts.num_pairs[w] = 0
+    for i in range(contacts.fraction.shape[1]):
+        contacts.clearance[w, i], contacts.wall_clearance[w, i] = math.inf, math.inf
+        contacts.touched[w, i], contacts.hit_wall[w, i] = False, False
+        contacts.fraction[w, i] = 1.0
+        outcome.collided[w, i], outcome.arrived[w, i] = False, False
+        outcome.cycle_time[w, i] = math.nan
+        outcome.reborn[w, i], outcome.rotated[w, i] = False, False
 
 
 @formula
@@ -245,10 +241,29 @@ def advance_world(
 
 
 @formula
-def is_active(robots: RobotArrays, w: int, i: int) -> bool:
+def is_under_way(present: bool, arrived: bool, collided: bool, person: bool) -> bool:
     """Is a robot, that is no person, under way?"""
-    is_done: bool = robots.arrived[w, i] or robots.collided[w, i] or robots.person[w, i]
-    return robots.present[w, i] and not is_done
+    return present and not (arrived or collided or person)
+
+
+@formula
+def is_active(robots: RobotArrays, w: int, i: int) -> bool:
+    """Is robot i of world w under way?"""
+    return is_under_way(
+        robots.present[w, i], robots.arrived[w, i], robots.collided[w, i], robots.person[w, i]
+    )
+
+
+@kernel
+def find_active(
+    present: BoolArray, arrived: BoolArray, collided: BoolArray, person: BoolArray
+) -> BoolArray:
+    """Who is under way, shape (W, N)."""
+    active = np.empty(present.shape, dtype=np.bool_)
+    for w in range(present.shape[0]):
+        for i in range(present.shape[1]):
+            active[w, i] = is_under_way(present[w, i], arrived[w, i], collided[w, i], person[w, i])
+    return active
 
 
 @formula
@@ -345,7 +360,7 @@ def step_worlds(
         last_world: One past the last one.
         action: What robots are told, shape (W, N, 2).
         parts: `StepInputs`, made `plain`.
-        blocks: `OutcomeBlocks`, made `plain`, of an outcome in which nothing has happened.
+        blocks: An `envs.outcome.Outcome`, made `plain`; written to.
     """
     inputs = inputs_of(parts)
     robots, walls, settings, motion = inputs.robots, inputs.walls, inputs.settings, inputs.motion
@@ -364,6 +379,7 @@ def step_worlds(
     )
     for w in range(first_world, last_world):
         robots.step_count[w] += 1
+        forget_world(contacts, outcome, w)
         plan_world(robots, motion, settings, action, w)
         sort_robots(grid, w, robots.position, robots.present)
         judge_robots(step, contacts, grid, w, settings.horizon)

@@ -5,6 +5,7 @@ Letters: W worlds, N robots a world. SI units.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, fields
@@ -15,9 +16,10 @@ import numpy.typing as npt
 
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
-from envs.step_kernel import RobotArrays
+from envs.step_kernel import RobotArrays, find_active
 from envs.walls import WallMap
 from safefilter.arrays import ArrayT, BoolArray, FloatArray, IntArray
+from safefilter.jit import kernel
 from safefilter.threads import over_ranges
 
 
@@ -151,7 +153,7 @@ class World:
     @property
     def active(self) -> BoolArray:
         """Shape (W, N): robots, not people, that are still under way."""
-        return self.present & ~self.arrived & ~self.collided & ~self.person
+        return find_active(self.present, self.arrived, self.collided, self.person)
 
     @property
     def nobody(self) -> BoolArray:
@@ -182,9 +184,17 @@ def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:
     Returns:
         Shape (..., 2), in m/s.
     """
-    length = np.hypot(direction[..., 0], direction[..., 1])
-    factor = np.divide(speed, length, out=np.zeros_like(length), where=length > 0.0)
-    return direction * factor[..., np.newaxis]
+    velocity = np.empty(direction.shape)
+    _full_speed(direction.reshape(-1, 2), speed.ravel(), velocity.reshape(-1, 2))
+    return velocity
+
+
+@kernel
+def _full_speed(direction: FloatArray, speed: FloatArray, velocity: FloatArray) -> None:
+    for k in range(len(direction)):
+        length = math.hypot(direction[k, 0], direction[k, 1])
+        factor = speed[k] / length if length > 0.0 else 0.0
+        velocity[k, 0], velocity[k, 1] = factor * direction[k, 0], factor * direction[k, 1]
 
 
 def _spread(each: ArrayT, shape: tuple[int, int]) -> ArrayT:

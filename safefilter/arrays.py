@@ -65,13 +65,30 @@ def array_code(array: npt.NDArray[np.generic]) -> str:
     return repr(values)
 
 
-def shaped_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...]) -> FloatArray:
-    """Copy ``value`` into a float64 array of the given shape, finite or not.
+def numbers_of_shape(
+    value: npt.ArrayLike, field: str, shape: tuple[int | str, ...]
+) -> npt.NDArray[Any]:
+    """Turn a value into an array of numbers of the given shape, as it is: a view of one that is an array already.
 
     Args:
         value: Anything that numpy turns into an array.
         field: What the value is called in messages.
         shape: Sizes expected; a string stands for any size, and is printed.
+
+    Raises:
+        ShapeError: If the shape differs, or the value is not numeric.
+    """
+    array = value
+    if type(array) is not np.ndarray or array.dtype != np.float64:
+        array = number_array(value, field, f"numbers of shape {shape_text(shape)}")
+    # What is right is found out first, and fast: single decisions are short.
+    if array.shape != shape and not _matches(array.shape, shape):
+        raise ShapeError(f"{field}: expected shape {shape_text(shape)}, got {array.shape}")
+    return array
+
+
+def shaped_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...]) -> FloatArray:
+    """Copy ``value`` into a float64 array of the given shape, finite or not; see `numbers_of_shape`.
 
     Returns:
         A new C-contiguous array.
@@ -79,14 +96,7 @@ def shaped_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...])
     Raises:
         ShapeError: If the shape differs, or the value is not numeric.
     """
-    numbers = value
-    if type(value) is not np.ndarray or value.dtype != np.float64:
-        numbers = number_array(value, field, f"numbers of shape {shape_text(shape)}")
-    array = np.array(numbers, dtype=np.float64, order="C")
-    # What is right is found out first, and fast: single decisions are short.
-    if array.shape != shape and not _matches(array.shape, shape):
-        raise ShapeError(f"{field}: expected shape {shape_text(shape)}, got {array.shape}")
-    return array
+    return np.array(numbers_of_shape(value, field, shape), dtype=np.float64, order="C")
 
 
 def finite_array(value: npt.ArrayLike, field: str, shape: tuple[int | str, ...]) -> FloatArray:
@@ -115,19 +125,27 @@ def _matches(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> bool:
     )
 
 
+def numbers_per_robot(value: npt.ArrayLike, field: str, num_robots: int) -> npt.NDArray[Any]:
+    """Turn a number, or one number a robot, into an array of numbers of shape (N,), finite or not; not a copy.
+
+    Raises:
+        ShapeError: If the value is neither a number nor of shape (N,).
+    """
+    if type(value) is not np.ndarray or value.shape != (num_robots,):
+        value = number_array(value, field, f"a number, or numbers of shape ({num_robots},)")
+        if value.ndim == 0:
+            value = np.broadcast_to(value, (num_robots,))
+    return numbers_of_shape(value, field, (num_robots,))
+
+
 def per_robot(value: npt.ArrayLike, field: str, num_robots: int) -> FloatArray:
-    """Spread a number, or one number a robot, to a finite array of shape (N,).
+    """Spread a number, or one number a robot, to a finite array of shape (N,), a new one.
 
     Raises:
         ShapeError: If the value is neither a number nor of shape (N,).
         NotFinite: If an entry is NaN or infinite.
     """
-    if type(value) is np.ndarray and value.shape == (num_robots,):
-        return finite_array(value, field, (num_robots,))
-    array = number_array(value, field, f"a number, or numbers of shape ({num_robots},)")
-    if array.ndim == 0:
-        array = np.broadcast_to(array, (num_robots,))
-    return finite_array(array, field, (num_robots,))
+    return finite_array(numbers_per_robot(value, field, num_robots), field, (num_robots,))
 
 
 def require_positive(array: FloatArray, field: str) -> FloatArray:

@@ -46,7 +46,7 @@ class Fault(IntEnum):
 class Columns(Protocol):
     """Where the columns of a decision are cut from when somebody asks for them."""
 
-    def __call__(self, field: str) -> npt.NDArray[np.generic]:
+    def __call__(self, field: str, /) -> npt.NDArray[np.generic]:
         """Cut out one."""
 
 

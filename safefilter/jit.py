@@ -81,8 +81,11 @@ def formula(function: FunctionT) -> FunctionT:
 
 
 def array_formula(function: FunctionT) -> FunctionT:
-    """Like `formula`, for functions that make or return arrays or records of them: references are counted."""
-    return cast("FunctionT", _njit(error_model="numpy")(function))
+    """Like `formula`, for functions that make or return arrays or records of them: references are counted.
+
+    They are inlined too: only there is it seen which of the counts cancel.
+    """
+    return cast("FunctionT", _njit(error_model="numpy", forceinline=True)(function))
 
 
 def kernel(function: FunctionT) -> FunctionT:

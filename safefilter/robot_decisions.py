@@ -21,11 +21,11 @@ from safefilter.arrays import FloatArray, IntArray, finite_array, number_array
 from safefilter.backend_answer import Solvers, ask_backend
 from safefilter.batch.kernels import KERNELS
 from safefilter.batch.records import (
+    LAYOUT,
     Limits,
-    Options,
     Problem,
     Results,
-    cut_column,
+    Settings,
     outcome_of,
     plain,
 )
@@ -87,15 +87,13 @@ class RobotDecisions:
         self._fallback = (
             None if fallback is None else (finite_array(fallback, "fallback", (self._dimension,)))
         )
-        bias = math.cos(right_bias), math.sin(right_bias)
-        self._double = Options(tolerance, *bias, is_single=False)
-        self._single = Options(tolerance, *bias, is_single=True)
+        self._bias = math.cos(right_bias), math.sin(right_bias)
         self._limits: Limits | None = None
         self._set_constraints(constraints)
 
     def _set_constraints(self, constraints: tuple[Constraint, ...]) -> None:
         self.constraints = constraints
-        self._orca, self._separation, self._static = NO_ORCA, NO_SEPARATION, NO_STATIC
+        orca, separation, static = NO_ORCA, NO_SEPARATION, NO_STATIC
         self._orcas = tuple(part for part in constraints if isinstance(part, PriorityORCA))
         self._own: dict[int, Constraint] = {}
         if self._dimension > PLANE and any(
@@ -107,27 +105,29 @@ class RobotDecisions:
             )
         self._rows_each, self._lateness = 1, 0.0
         for number, constraint in enumerate(self.constraints, start=1):
-            if isinstance(constraint, PriorityORCA) and not self._orca.is_used:
-                self._orca = constraint.settings(number, self.kinematics.tracking_error)
-            elif isinstance(constraint, Separation) and not self._separation.is_used:
+            if isinstance(constraint, PriorityORCA) and not orca.is_used:
+                orca = constraint.settings(number, self.kinematics.tracking_error)
+            elif isinstance(constraint, Separation) and not separation.is_used:
                 constraint.require_dimension(self._dimension)
                 _require_one_step(constraint, self.kinematics)
-                self._separation = constraint.settings(
+                separation = constraint.settings(
                     number, len(self.constraints) + 1, self.kinematics.omega_max
                 )
                 self._rows_each = constraint.rows_each
                 self._lateness = constraint.uncertainty.lateness
-            elif isinstance(constraint, StaticObstacles) and not self._static.is_used:
-                self._static = constraint.settings(number)
+            elif isinstance(constraint, StaticObstacles) and not static.is_used:
+                static = constraint.settings(number)
             else:
                 self._own[number] = constraint
         # Soft rows keep pairs as much further apart as hard rows will: else robots would run into those.
         off = source_of(own_error)(
-            self._separation.position_error,
-            self._separation.stale_time,
-            self.kinematics.top_speed * self._separation.gain,
+            separation.position_error,
+            separation.stale_time,
+            self.kinematics.top_speed * separation.gain,
         )
-        self._orca = self._orca._replace(tracking_error=self._orca.tracking_error + off)
+        orca = orca._replace(tracking_error=orca.tracking_error + off)
+        self._settings = Settings(orca, separation, static, self._tolerance, *self._bias)
+        self._settings_parts = plain(self._settings)
 
     def with_constraints(self, constraints: tuple[Constraint, ...]) -> RobotDecisions:
         """Obey these constraints, and share the rest."""
@@ -149,22 +149,20 @@ class RobotDecisions:
         start = perf_counter()
         given = number_array(action, "action", self._expected)
         problem = self._problem(scene, given, index)
-        options = self._single if given.dtype == np.float32 else self._double
-        results = Results.empty(len(problem.index), self._dimension)
-        work = partial(self._kernels.decide_range, plain(problem), tuple(options), tuple(results))
+        results = np.empty(len(problem.index), LAYOUT[self._dimension])
+        work = partial(self._kernels.decide_range, plain(problem), self._settings_parts, results)
         over_ranges(work, len(problem.index))
         built = 0.0
         if self._solvers is not None:
-            built = self._ask(self._solvers, problem, options, results)
-        columns = partial(cut_column, results)
+            built = self._ask(self._solvers, problem, results)
         # As bytes: searching an array takes 4 us.
-        if Fault.EMPTY_HARD_SET in columns("fault").tobytes():
-            self._fall_back(problem, options, results)
+        if Fault.EMPTY_HARD_SET in results["fault"].tobytes():
+            self._fall_back(problem, results)
         elapsed = perf_counter() - start
-        executed = columns("action")
+        executed = results["action"]
         return Decision.of_columns(
-            columns,
-            action=executed.astype(np.float32) if options.is_single else executed,
+            results.__getitem__,
+            action=executed.astype(np.float32) if problem.is_single else executed,
             wanted=problem.wanted,
             index=problem.index,
             backend=self._backend,
@@ -188,18 +186,19 @@ class RobotDecisions:
         require_decision(decision, self._dimension)
         require_flag(exact, "exact")
         given = number_array(action, "action", self._expected)
-        problem = self._problem(scene, given, decision.index)
+        problem = self._problem(scene, given, decision.index)._replace(
+            is_single=decision.action.dtype == np.float32
+        )
         is_lost = ~np.isfinite(problem.wanted).all(axis=1)
         problem.wanted[is_lost] = 0.0
         if problem.drive.is_used:
             problem.drive.command[is_lost] = 0.0
         rows, array, sections = self._rows(problem)
-        results = Results.empty(len(decision), self._dimension)
+        results = np.empty(len(decision), LAYOUT[self._dimension])
         again = _name_columns(results)
         again.velocity[:] = decision.velocity
         again.case[:] = decision.case
-        options = self._single if decision.action.dtype == np.float32 else self._double
-        self._kernels.finish_batch(problem, options, results, array, sections)
+        self._kernels.finish_batch(problem, self._settings, results, array, sections)
         targets = self.biased(problem.wanted)
         limit = problem.limits.speed_limit[problem.index]
         certificates = []
@@ -226,7 +225,7 @@ class RobotDecisions:
 
     def biased(self, wanted: FloatArray) -> FloatArray:
         """Turn wanted velocities, shape (B, d), by the right bias: the target of Case-2 and Case-3."""
-        cosine, sine = self._double.bias_cos, self._double.bias_sin
+        cosine, sine = self._bias
         x, y = wanted[:, 0], wanted[:, 1]
         turned = wanted.copy()
         turned[:, 0], turned[:, 1] = cosine * x + sine * y, cosine * y - sine * x
@@ -258,7 +257,9 @@ class RobotDecisions:
         if self._lateness > 0.0 and drive.is_used:
             # Arcs are judged for as long as they may go on.
             drive = drive._replace(dt=drive.dt + self._lateness)
-        wanted = wanted_velocities(drive, robots, command) if drive.is_used else command
+        wanted = command
+        if drive.is_used:
+            wanted = wanted_velocities(command, drive.heading, robots, drive.dt)
         for orca in self._orcas:
             orca.require(scene)
         limits = self._limits_of(scene)
@@ -272,14 +273,12 @@ class RobotDecisions:
             SceneArrays.of(scene),
             robots,
             wanted,
-            self._orca,
-            self._separation,
-            self._static,
             limits,
             drive,
             user,
             capacity,
             neighbours,
+            action.dtype == np.float32,
         )
 
     def _limits_of(self, scene: Scene) -> Limits:
@@ -307,17 +306,11 @@ class RobotDecisions:
                     )
 
     def _rows(self, problem: Problem) -> tuple[HalfSpaces, FloatArray, IntArray]:
-        array, label, sections = self._kernels.collect_rows(problem)
+        array, label, sections = self._kernels.collect_rows(problem, self._settings)
         rows = half_spaces_from_rows(array, label, sections[:, 4], sections[:, 3], self.sources)
         return rows, array, sections
 
-    def _ask(
-        self,
-        solvers: Solvers,
-        problem: Problem,
-        options: Options,
-        results: Results,
-    ) -> float:
+    def _ask(self, solvers: Solvers, problem: Problem, results: Results) -> float:
         """Replace the built-in answers by the backend's where those are verified; returns the time spent building."""
         start = perf_counter()
         outcome = _name_columns(results)
@@ -333,10 +326,10 @@ class RobotDecisions:
             answer = ask_backend(solvers, rows, int(k), targets[k], float(limit[k]))
             built += answer.build_time
             take_answer(outcome, int(k), rows, answer, self._tolerance)
-        self._kernels.finish_batch(problem, options, results, array, sections)
+        self._kernels.finish_batch(problem, self._settings, results, array, sections)
         return built
 
-    def _fall_back(self, problem: Problem, options: Options, results: Results) -> None:
+    def _fall_back(self, problem: Problem, results: Results) -> None:
         outcome = _name_columns(results)
         empty = np.flatnonzero(outcome.fault == Fault.EMPTY_HARD_SET)
         if self._fallback is None:
@@ -347,7 +340,7 @@ class RobotDecisions:
             )
         outcome.velocity[empty] = self._fallback
         _, array, sections = self._rows(problem)
-        self._kernels.finish_batch(problem, options, results, array, sections)
+        self._kernels.finish_batch(problem, self._settings, results, array, sections)
 
 
 def _require_one_step(separation: Separation, kinematics: Holonomic) -> None:

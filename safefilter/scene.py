@@ -9,7 +9,7 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,8 @@ from safefilter.arrays import (
     IntArray,
     array_code,
     frozen,
+    numbers_of_shape,
+    numbers_per_robot,
     per_robot,
     shaped_array,
 )
@@ -147,11 +149,11 @@ class Scene:
             )
         state = np.empty((num_robots, 3 * size + 2))
         state[:, :size] = position
-        state[:, size : 2 * size] = shaped_array(velocity, "velocity", (num_robots, size))
+        state[:, size : 2 * size] = numbers_of_shape(velocity, "velocity", (num_robots, size))
         state[:, 2 * size : 3 * size] = (
             state[:, size : 2 * size]
             if wanted is None
-            else shaped_array(wanted, "wanted", (num_robots, size))
+            else numbers_of_shape(wanted, "wanted", (num_robots, size))
         )
         state[:, -2] = _one_or_each(radius, "radius", num_robots)
         state[:, -1] = _one_or_each(priority, "priority", num_robots)
@@ -261,9 +263,9 @@ class Scene:
         return self.neighbours[self.neighbour_start[robot] : self.neighbour_start[robot + 1]]
 
 
-def _one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | FloatArray:
-    """Take one number, or one a robot. Spreading a number is left to the assignment, which is faster."""
-    return value if isinstance(value, int | float) else per_robot(value, field, num_robots)
+def _one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | npt.NDArray[Any]:
+    """Take one number, or one a robot, finite or not. Spreading a number is left to the assignment, which is faster."""
+    return value if isinstance(value, int | float) else numbers_per_robot(value, field, num_robots)
 
 
 def _positions(value: npt.ArrayLike) -> FloatArray:
@@ -317,7 +319,7 @@ def _flags(value: npt.ArrayLike, num_robots: int) -> BoolArray:
             f"cooperative: expected a bool or bools of shape ({num_robots},), "
             f"got {flags.dtype} of shape {flags.shape}"
         )
-    return np.full(num_robots, flags)
+    return np.full(num_robots, flags) if flags.ndim == 0 else flags.astype(np.bool_)
 
 
 def _world_numbers(value: npt.ArrayLike, num_robots: int) -> IntArray:
@@ -329,7 +331,9 @@ def _world_numbers(value: npt.ArrayLike, num_robots: int) -> IntArray:
             f"world: expected an integer or integers of shape ({num_robots},), "
             f"got {numbers.dtype} of shape {numbers.shape}"
         )
-    return np.full(num_robots, numbers, dtype=np.int64)
+    if numbers.ndim == 0:
+        return np.full(num_robots, numbers, dtype=np.int64)
+    return numbers.astype(np.int64)
 
 
 def _as_array(value: npt.ArrayLike, field: str) -> npt.NDArray[np.generic]:

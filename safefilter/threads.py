@@ -16,8 +16,8 @@ from time import perf_counter
 
 import numba
 
-# Below this many items the caller does not even look at the clock.
-MIN_ITEMS = 64
+# Below this many items the caller does not even look at the clock: each would have to take 8 us for that to pay.
+MIN_ITEMS = 128
 # Part of the items in the first range, from which the time that the rest takes is known.
 FIRST_PART = 1 / 16
 # For less work than this nobody is asked. A helper begins some 50 us after it is asked, and on a busy machine it may be

@@ -13,14 +13,15 @@ from typing import Any
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.batch.program import ACTION_NOT_FINITE, NO_FAULT, SAFE, solve, write_labels
 from safefilter.batch.records import (
-    Options,
     Outcome,
     Problem,
     Results,
     Scratch,
+    Settings,
     make_scratch,
     outcome_of,
     problem_of,
+    settings_of,
 )
 from safefilter.batch.rows import hold, make_rows, soft_violation
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
@@ -69,21 +70,21 @@ def velocity_of(problem: Problem, k: int, action_x: float, action_y: float) -> t
 @formula
 def decide_one(
     problem: Problem,
-    options: Options,
+    settings: Settings,
     out: Outcome,
     k: int,
     rows: RowLabels,
     scratch: Scratch,
 ) -> None:
     """Alg. 2 for decision k."""
-    i, tolerance = problem.index[k], options.tolerance
+    i, tolerance = problem.index[k], settings.tolerance
     wanted_x, wanted_y = problem.wanted[k, 0], problem.wanted[k, 1]
     out.fault[k] = NO_FAULT
     if not (math.isfinite(wanted_x) and math.isfinite(wanted_y)):
         out.fault[k] = ACTION_NOT_FINITE
         wanted_x, wanted_y = 0.0, 0.0
         forget_wish(problem, k)
-    sections = make_rows(problem, k, rows, scratch.chosen, scratch.keys)
+    sections = make_rows(problem, settings, k, rows, scratch.chosen, scratch.keys)
     asked_x, asked_y = wanted_x, wanted_y
     if problem.drive.is_used:
         asked_x, asked_y = problem.drive.command[k, 0], problem.drive.command[k, 1]
@@ -115,11 +116,11 @@ def decide_one(
             sections,
             problem.limits.inner_radius * problem.limits.v_max[i],
             problem.limits.speed_limit[i],
-            options.bias_cos * wanted_x + options.bias_sin * wanted_y,
-            options.bias_cos * wanted_y - options.bias_sin * wanted_x,
+            settings.bias_cos * wanted_x + settings.bias_sin * wanted_y,
+            settings.bias_cos * wanted_y - settings.bias_sin * wanted_x,
             tolerance,
         )
-    finish(problem, options, out, k, rows.array, sections)
+    finish(problem, settings, out, k, rows.array, sections)
 
 
 @formula
@@ -133,7 +134,6 @@ def forget_wish(problem: Problem, k: int) -> None:
 @formula
 def last_word_of(
     problem: Problem,
-    options: Options,
     out: Outcome,
     k: int,
     rows: FloatArray,
@@ -145,14 +145,14 @@ def last_word_of(
     if not problem.drive.is_used:
         first, last = sections.num_sides, sections.num_budgets
         limit = problem.limits.speed_limit[i]
-        return last_word(rows, first, last, limit, x, y, options.is_single)
+        return last_word(rows, first, last, limit, x, y, problem.is_single)
     drive = problem.drive
     heading, v_max = drive.heading[i], problem.limits.v_max[i]
     speed, turn_rate = drive.command[k, 0], drive.command[k, 1]
     if out.case[k] != SAFE:
         speed, turn_rate = wanted_command(rows, sections, drive, k, heading, v_max, x, y)
         return drive_last_word(
-            rows, sections, drive, heading, v_max, speed, turn_rate, options.is_single
+            rows, sections, drive, heading, v_max, speed, turn_rate, problem.is_single
         )
     return speed, turn_rate
 
@@ -160,17 +160,17 @@ def last_word_of(
 @formula
 def finish(
     problem: Problem,
-    options: Options,
+    settings: Settings,
     out: Outcome,
     k: int,
     rows: FloatArray,
     sections: Sections,
 ) -> None:
     """The last word on decision k's velocity, and the check of what executes."""
-    action_x, action_y = last_word_of(problem, options, out, k, rows, sections)
+    action_x, action_y = last_word_of(problem, out, k, rows, sections)
     done_x, done_y = velocity_of(problem, k, action_x, action_y)
     limit = problem.limits.speed_limit[problem.index[k]]
-    rounding = options.tolerance + (2.0 * SINGLE_ULP * limit if options.is_single else 0.0)
+    rounding = settings.tolerance + (2.0 * SINGLE_ULP * limit if problem.is_single else 0.0)
     out.action[k, 0], out.action[k, 1] = action_x, action_y
     moved = max(abs(done_x - out.velocity[k, 0]), abs(done_y - out.velocity[k, 1]))
     out.capped[k] = moved > CUT_ROUNDINGS * rounding
@@ -182,32 +182,33 @@ def finish(
 
 @kernel
 def decide_range(
-    parts: tuple[Any, ...],
-    settings: tuple[Any, ...],
-    blocks: tuple[Any, ...],
+    problem_parts: tuple[Any, ...],
+    settings_parts: tuple[Any, ...],
+    results: Results,
     first: int,
     last: int,
 ) -> None:
     """Decide [first, last) of a batch, with one set of scratch.
 
     Args:
-        parts: A `Problem`, made `plain`.
-        settings: `Options`, made `plain`.
-        blocks: `Results`, made `plain`.
+        problem_parts: A `Problem`, made `plain`.
+        settings_parts: `Settings`, made `plain`.
+        results: Written to.
         first: First decision.
         last: One past the last decision.
     """
-    problem, options, out = problem_of(parts), Options(*settings), outcome_of(Results(*blocks))
+    problem, settings = problem_of(problem_parts), settings_of(settings_parts)
+    out = outcome_of(results)
     buffers = row_buffers(1, problem.capacity)
     rows = RowLabels(buffers.array[0], buffers.label[0])
     scratch = make_scratch(problem.num_neighbours)
     for k in range(first, last):
-        decide_one(problem, options, out, k, rows, scratch)
+        decide_one(problem, settings, out, k, rows, scratch)
 
 
 @kernel
 def finish_batch(
-    problem: Problem, options: Options, results: Results, array: FloatArray, sections: IntArray
+    problem: Problem, settings: Settings, results: Results, array: FloatArray, sections: IntArray
 ) -> None:
     """The last word and check for velocities from elsewhere, with the rows of `collect_rows`."""
     out = outcome_of(results)
@@ -215,4 +216,4 @@ def finish_batch(
         own = Sections(
             sections[k, 0], sections[k, 1], sections[k, 2], sections[k, 3], sections[k, 4]
         )
-        finish(problem, options, out, k, array[k], own)
+        finish(problem, settings, out, k, array[k], own)

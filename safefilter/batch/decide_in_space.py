@@ -19,7 +19,15 @@ from safefilter.batch.program_in_space import (
     solve_in_space,
     write_proofs,
 )
-from safefilter.batch.records import Options, Outcome, Problem, Results, outcome_of, problem_of
+from safefilter.batch.records import (
+    Outcome,
+    Problem,
+    Results,
+    Settings,
+    outcome_of,
+    problem_of,
+    settings_of,
+)
 from safefilter.batch.rows_in_space import (
     RowRoom,
     hold_in_space,
@@ -60,16 +68,16 @@ def make_decision_room(num_neighbours: int, dimension: int, capacity: int) -> De
 
 @formula
 def decide_one_in_space(
-    problem: Problem, options: Options, out: Outcome, k: int, rows: RowLabels, room: DecisionRoom
+    problem: Problem, settings: Settings, out: Outcome, k: int, rows: RowLabels, room: DecisionRoom
 ) -> None:
     """Alg. 2 for decision k."""
-    i, wanted, tolerance = problem.index[k], problem.wanted[k], options.tolerance
+    i, wanted, tolerance = problem.index[k], problem.wanted[k], settings.tolerance
     out.fault[k] = NO_FAULT
     if not is_finite(wanted):
         out.fault[k] = ACTION_NOT_FINITE
         for c in range(len(wanted)):
             wanted[c] = 0.0
-    sections = make_rows_in_space(problem, k, rows, room.row)
+    sections = make_rows_in_space(problem, settings, k, rows, room.row)
     limit = problem.limits.speed_limit[i]
     # The faces are not asked in Case-1: any action within its limits executes exactly.
     is_safe = keeps_budgets_in_space(
@@ -86,17 +94,17 @@ def decide_one_in_space(
         for c in range(len(wanted)):
             target[c] = wanted[c]
         # To the right as seen from above: about the last axis, as aircraft do.
-        target[0] = options.bias_cos * wanted[0] + options.bias_sin * wanted[1]
-        target[1] = options.bias_cos * wanted[1] - options.bias_sin * wanted[0]
+        target[0] = settings.bias_cos * wanted[0] + settings.bias_sin * wanted[1]
+        target[1] = settings.bias_cos * wanted[1] - settings.bias_sin * wanted[0]
         inner_radius = problem.limits.inner_radius * problem.limits.v_max[i]
         solve_in_space(out, k, rows, room.solver, sections, inner_radius, limit, target, tolerance)
-    finish_in_space(problem, options, out, k, rows.array, sections, room.action)
+    finish_in_space(problem, settings, out, k, rows.array, sections, room.action)
 
 
 @formula
 def finish_in_space(
     problem: Problem,
-    options: Options,
+    settings: Settings,
     out: Outcome,
     k: int,
     rows: FloatArray,
@@ -108,8 +116,8 @@ def finish_in_space(
     first, last = sections.num_sides, sections.num_budgets
     for c in range(len(action)):
         action[c] = out.velocity[k, c]
-    last_word_in_space(rows, first, last, limit, action, options.is_single)
-    rounding = options.tolerance + (2.0 * SINGLE_ULP * limit if options.is_single else 0.0)
+    last_word_in_space(rows, first, last, limit, action, problem.is_single)
+    rounding = settings.tolerance + (2.0 * SINGLE_ULP * limit if problem.is_single else 0.0)
     moved, changed = 0.0, 0.0
     for c in range(len(action)):
         out.action[k, c] = action[c]
@@ -125,25 +133,26 @@ def finish_in_space(
 
 @kernel
 def decide_range_in_space(
-    parts: tuple[Any, ...],
-    settings: tuple[Any, ...],
-    blocks: tuple[Any, ...],
+    problem_parts: tuple[Any, ...],
+    settings_parts: tuple[Any, ...],
+    results: Results,
     first: int,
     last: int,
 ) -> None:
     """Decide [first, last) of a batch; arguments as of `batch.decide.decide_range`."""
-    problem, options, out = problem_of(parts), Options(*settings), outcome_of(Results(*blocks))
+    problem, settings = problem_of(problem_parts), settings_of(settings_parts)
+    out = outcome_of(results)
     size = problem.wanted.shape[1]
     buffers = row_buffers(1, problem.capacity, size)
     rows = RowLabels(buffers.array[0], buffers.label[0])
     room = make_decision_room(problem.num_neighbours, size, problem.capacity)
     for k in range(first, last):
-        decide_one_in_space(problem, options, out, k, rows, room)
+        decide_one_in_space(problem, settings, out, k, rows, room)
 
 
 @kernel
 def finish_batch_in_space(
-    problem: Problem, options: Options, results: Results, array: FloatArray, sections: IntArray
+    problem: Problem, settings: Settings, results: Results, array: FloatArray, sections: IntArray
 ) -> None:
     """The last word and check for velocities from elsewhere, with the rows of `collect_rows_in_space`."""
     out, action = outcome_of(results), np.zeros(problem.wanted.shape[1])
@@ -151,4 +160,4 @@ def finish_batch_in_space(
         own = Sections(
             sections[k, 0], sections[k, 1], sections[k, 2], sections[k, 3], sections[k, 4]
         )
-        finish_in_space(problem, options, out, k, array[k], own, action)
+        finish_in_space(problem, settings, out, k, array[k], own, action)

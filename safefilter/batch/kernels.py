@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.batch.decide import decide_range, finish_batch
 from safefilter.batch.decide_in_space import decide_range_in_space, finish_batch_in_space
-from safefilter.batch.records import Options, Problem, Results
+from safefilter.batch.records import Problem, Results, Settings
 from safefilter.batch.rows import collect_rows
 from safefilter.batch.rows_in_space import collect_rows_in_space
 from safefilter.scene import PLANE, SPACE
@@ -23,9 +23,9 @@ class Kernels(NamedTuple):
         collect_rows: All rows of a batch.
     """
 
-    decide_range: Callable[[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...], int, int], None]
-    finish_batch: Callable[[Problem, Options, Results, FloatArray, IntArray], None]
-    collect_rows: Callable[[Problem], tuple[FloatArray, IntArray, IntArray]]
+    decide_range: Callable[[tuple[Any, ...], tuple[Any, ...], Results, int, int], None]
+    finish_batch: Callable[[Problem, Settings, Results, FloatArray, IntArray], None]
+    collect_rows: Callable[[Problem, Settings], tuple[FloatArray, IntArray, IntArray]]
 
 
 KERNELS = {

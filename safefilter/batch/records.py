@@ -5,8 +5,7 @@ Letters: B decisions, N robots, S sides of the speed polygon, d dimensions. m/s.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +19,7 @@ from safefilter.constraints.urgency import room_to_choose
 from safefilter.constraints.user_rows import UserRows
 from safefilter.jit import array_formula
 from safefilter.kinematics.drive import Drive
+from safefilter.scene import PLANE, SPACE
 
 
 class Limits(NamedTuple):
@@ -39,75 +39,85 @@ class Limits(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """Everything a batch of decisions depends on.
+    """What a batch of decisions depends on, besides the settings.
 
     Attributes:
         scene: What the robots know.
         index: Robots to decide for, shape (B,).
         wanted: Velocities they want, shape (B, d).
-        orca: Settings of `PriorityORCA`.
-        separation: Settings of `Separation`.
-        static: Settings of `StaticObstacles`.
         limits: Allowed velocities.
         drive: Differential drives; not used for holonomic robots.
         user: Rows of the user's.
         capacity: Rows at most, for one decision.
         num_neighbours: Neighbours at most, for one robot.
+        is_single: Are actions float32?
     """
 
     scene: SceneArrays
     index: IntArray  # type: ignore[assignment]  # hides tuple.index, which nobody calls
     wanted: FloatArray
-    orca: OrcaSettings
-    separation: SeparationSettings
-    static: StaticSettings
     limits: Limits
     drive: Drive
     user: UserRows
     capacity: int
     num_neighbours: int
+    is_single: bool
 
 
-class Options(NamedTuple):
-    """How to decide.
+class Settings(NamedTuple):
+    """How to decide: what a filter is told once.
 
     Attributes:
+        orca: Settings of `PriorityORCA`.
+        separation: Settings of `Separation`.
+        static: Settings of `StaticObstacles`.
         tolerance: In m/s.
         bias_cos: Cosine of the right bias.
         bias_sin: Sine of the right bias.
-        is_single: Are actions float32?
     """
 
+    orca: OrcaSettings
+    separation: SeparationSettings
+    static: StaticSettings
     tolerance: float
     bias_cos: float
     bias_sin: float
-    is_single: bool
 
 
 def plain(record: tuple[Any, ...]) -> tuple[Any, ...]:
     """Take the names off a record: numba tells plain tuples four times as fast, and a single decision is short."""
-    # Of a list, because a generator takes half a microsecond more.
-    return tuple([tuple(part) if isinstance(part, tuple) else part for part in record])
+    # Of a list, because a generator takes half a microsecond more; and a slice of a record is the fastest plain tuple.
+    return tuple([part[:] if isinstance(part, tuple) else part for part in record])
 
 
 @array_formula
 def problem_of(parts: tuple[Any, ...]) -> Problem:
     """Give a plain problem its names back."""
-    scene, index, wanted, orca, separation, static, limits, drive, user, capacity, neighbours = (
-        parts
-    )
+    scene, index, wanted, limits, drive, user, capacity, neighbours, is_single = parts
     return Problem(
         SceneArrays(*scene),
         index,
         wanted,
-        OrcaSettings(*orca),
-        SeparationSettings(*separation),
-        StaticSettings(*static),
         Limits(*limits),
         Drive(*drive),
         UserRows(*user),
         capacity,
         neighbours,
+        is_single,
+    )
+
+
+@array_formula
+def settings_of(parts: tuple[Any, ...]) -> Settings:
+    """Give plain settings their names back."""
+    orca, separation, static, tolerance, bias_cos, bias_sin = parts
+    return Settings(
+        OrcaSettings(*orca),
+        SeparationSettings(*separation),
+        StaticSettings(*static),
+        tolerance,
+        bias_cos,
+        bias_sin,
     )
 
 
@@ -145,30 +155,33 @@ def make_scratch(num_neighbours: int) -> Scratch:
     )
 
 
-class Results(NamedTuple):
-    """Results of a batch in four blocks, because every array handed to a kernel costs.
+# Results of a batch, one record a decision: every array handed to a kernel costs.
+Results: TypeAlias = npt.NDArray[np.void]
 
-    Attributes:
-        numbers: Shape (B, 4 d + 3).
-        labels: Shape (B, 4 d + 2).
-        codes: Shape (B, 2).
-        flags: Shape (B, 3).
-    """
 
-    numbers: FloatArray
-    labels: IntArray
-    codes: npt.NDArray[np.int8]
-    flags: BoolArray
+def _layout(dimension: int) -> np.dtype[np.void]:
+    """What is written of each decision in d dimensions; see `Outcome`."""
+    return np.dtype(
+        [
+            ("action", np.float64, dimension),
+            ("velocity", np.float64, dimension),
+            ("correction", np.float64),
+            ("violation", np.float64),
+            ("multipliers", np.float64, dimension),
+            ("proof_multipliers", np.float64, dimension + 1),
+            ("active", np.int64, 2 * dimension),
+            ("proof", np.int64, 2 * dimension + 2),
+            ("case", np.int8),
+            ("fault", np.int8),
+            ("certified", np.bool_),
+            ("optimal", np.bool_),
+            ("capped", np.bool_),
+        ],
+        align=True,
+    )
 
-    @classmethod
-    def empty(cls, num_decisions: int, dimension: int = 2) -> Results:
-        """Allocate results for B decisions."""
-        return cls(
-            np.empty((num_decisions, 4 * dimension + 3)),
-            np.empty((num_decisions, 4 * dimension + 2), dtype=np.int64),
-            np.empty((num_decisions, 2), dtype=np.int8),
-            np.empty((num_decisions, 3), dtype=np.bool_),
-        )
+
+LAYOUT = {PLANE: _layout(PLANE), SPACE: _layout(SPACE)}
 
 
 class Outcome(NamedTuple):
@@ -192,43 +205,18 @@ class Outcome(NamedTuple):
 @array_formula
 def outcome_of(results: Results) -> Outcome:
     """Name the columns."""
-    numbers, labels, codes, flags = results.numbers, results.labels, results.codes, results.flags
-    size = numbers.shape[1] // 4
     return Outcome(
-        numbers[:, :size],
-        numbers[:, size : 2 * size],
-        numbers[:, 2 * size],
-        numbers[:, 2 * size + 1],
-        numbers[:, 2 * size + 2 : 3 * size + 2],
-        numbers[:, 3 * size + 2 :],
-        labels[:, : 2 * size],
-        labels[:, 2 * size :],
-        codes[:, 0],
-        codes[:, 1],
-        flags[:, 0],
-        flags[:, 1],
-        flags[:, 2],
+        results["action"],
+        results["velocity"],
+        results["correction"],
+        results["violation"],
+        results["multipliers"],
+        results["proof_multipliers"],
+        results["active"],
+        results["proof"],
+        results["case"],
+        results["fault"],
+        results["certified"],
+        results["optimal"],
+        results["capped"],
     )
-
-
-# The same for one column at a time: a decision of one robot is made sooner than all of them are named.
-_CUTS: dict[str, Callable[[Results, int], npt.NDArray[Any]]] = {
-    "action": lambda of, d: of.numbers[:, :d],
-    "velocity": lambda of, d: of.numbers[:, d : 2 * d],
-    "correction": lambda of, d: of.numbers[:, 2 * d],
-    "violation": lambda of, d: of.numbers[:, 2 * d + 1],
-    "multipliers": lambda of, d: of.numbers[:, 2 * d + 2 : 3 * d + 2],
-    "proof_multipliers": lambda of, d: of.numbers[:, 3 * d + 2 :],
-    "active": lambda of, d: of.labels[:, : 2 * d],
-    "proof": lambda of, d: of.labels[:, 2 * d :],
-    "case": lambda of, _: of.codes[:, 0],
-    "fault": lambda of, _: of.codes[:, 1],
-    "certified": lambda of, _: of.flags[:, 0],
-    "optimal": lambda of, _: of.flags[:, 1],
-    "capped": lambda of, _: of.flags[:, 2],
-}
-
-
-def cut_column(results: Results, field: str) -> npt.NDArray[Any]:
-    """Cut out the column that `outcome_of` gives this name."""
-    return _CUTS[field](results, results.numbers.shape[1] // 4)

@@ -29,14 +29,13 @@ def robots_of(scene: Scene, index: Sequence[int] | IntArray | None) -> IntArray:
     """
     if index is None:
         return np.flatnonzero(scene.cooperative)
-    robots = number_array(index, "index", "integers of shape (B,)").copy()
-    if robots.size == 0:
-        robots = robots.astype(np.int64)
-    if robots.ndim != 1 or robots.dtype.kind not in "iu":
+    given = number_array(index, "index", "integers of shape (B,)")
+    # An empty list is one of floats.
+    if given.ndim != 1 or (given.dtype.kind not in "iu" and given.size > 0):
         raise ShapeError(
-            f"index: expected integers of shape (B,), got {robots.dtype} of shape {robots.shape}"
+            f"index: expected integers of shape (B,), got {given.dtype} of shape {given.shape}"
         )
-    robots = robots.astype(np.int64, copy=False)
+    robots = given.astype(np.int64)
     if not _are_cooperative(robots, scene.cooperative):
         _refuse(scene, robots)
     return robots

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.batch.records import Problem
+from safefilter.batch.records import Problem, Settings
 from safefilter.constraints.margins import NO_MARGINS
 from safefilter.constraints.priority_orca import add_orca_rows
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
@@ -27,13 +27,14 @@ NUM_SECTIONS = len(Sections._fields)
 @formula
 def make_rows(
     problem: Problem,
+    settings: Settings,
     k: int,
     rows: RowLabels,
     chosen: IntArray,
     keys: FloatArray,
 ) -> Sections:
     """Write all rows of decision k in the order of `Sections`; the rest is scratch."""
-    i, user, static = problem.index[k], problem.user, problem.static
+    i, user, static = problem.index[k], problem.user, settings.static
     limit, heading = problem.limits.speed_limit[i], 0.0
     if problem.drive.has_polygon:
         heading = problem.drive.heading[i]
@@ -41,7 +42,7 @@ def make_rows(
         rows, 0, problem.limits.sides, problem.limits.v_max[i], math.cos(heading), math.sin(heading)
     )
     num_separated = add_separation_rows(
-        rows, num_sides, problem.scene, problem.separation, problem.limits.speed_limit, i
+        rows, num_sides, problem.scene, settings.separation, problem.limits.speed_limit, i
     )
     count = num_separated
     if static.is_used:
@@ -65,7 +66,7 @@ def make_rows(
         rows,
         num_hard,
         problem.scene,
-        problem.orca,
+        settings.orca,
         i,
         problem.wanted[k, 0],
         problem.wanted[k, 1],
@@ -109,14 +110,14 @@ def soft_violation(rows: FloatArray, sections: Sections, x: float, y: float) -> 
 
 
 @kernel
-def collect_rows(problem: Problem) -> tuple[FloatArray, IntArray, IntArray]:
+def collect_rows(problem: Problem, settings: Settings) -> tuple[FloatArray, IntArray, IntArray]:
     """All rows of a batch: (array (B, 3, M), label (B, 2, M), sections (B, 5))."""
     num_decisions = len(problem.index)
     rows = row_buffers(num_decisions, problem.capacity)
     sections = np.zeros((num_decisions, NUM_SECTIONS), dtype=np.int64)
     chosen, keys = room_to_choose(problem.num_neighbours)
     for k in range(num_decisions):
-        own = make_rows(problem, k, RowLabels(rows.array[k], rows.label[k]), chosen, keys)
+        own = make_rows(problem, settings, k, RowLabels(rows.array[k], rows.label[k]), chosen, keys)
         for part in range(NUM_SECTIONS):
             sections[k, part] = own[part]
     return rows.array, rows.label, sections

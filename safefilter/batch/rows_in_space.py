@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.batch.records import Problem
+from safefilter.batch.records import Problem, Settings
 from safefilter.batch.rows import NUM_SECTIONS, copy_rows
 from safefilter.constraints.encounter_plane import Meeting, make_meeting
 from safefilter.constraints.orca_in_space import add_orca_rows_in_space
@@ -59,12 +59,14 @@ def add_faces(rows: RowLabels, faces: FloatArray, v_max: float) -> int:
 
 
 @formula
-def make_rows_in_space(problem: Problem, k: int, rows: RowLabels, room: RowRoom) -> Sections:
+def make_rows_in_space(
+    problem: Problem, settings: Settings, k: int, rows: RowLabels, room: RowRoom
+) -> Sections:
     """Write all rows of decision k in the order of `Sections`; robots in space have no walls."""
     i, user, limits = problem.index[k], problem.user, problem.limits
     num_sides = add_faces(rows, limits.sides, limits.v_max[i])
     num_separated = add_separation_rows_in_space(
-        rows, num_sides, problem.scene, problem.separation, limits.speed_limit, i, room.meeting
+        rows, num_sides, problem.scene, settings.separation, limits.speed_limit, i, room.meeting
     )
     num_budgets = copy_rows(user, k, 0, rows, num_separated)
     num_hard = copy_rows(user, k, 1, rows, num_budgets)
@@ -72,7 +74,7 @@ def make_rows_in_space(problem: Problem, k: int, rows: RowLabels, room: RowRoom)
         rows,
         num_hard,
         problem.scene,
-        problem.orca,
+        settings.orca,
         i,
         problem.wanted[k],
         room.chosen,
@@ -105,14 +107,18 @@ def soft_violation_in_space(rows: FloatArray, sections: Sections, velocity: Floa
 
 
 @kernel
-def collect_rows_in_space(problem: Problem) -> tuple[FloatArray, IntArray, IntArray]:
+def collect_rows_in_space(
+    problem: Problem, settings: Settings
+) -> tuple[FloatArray, IntArray, IntArray]:
     """All rows of a batch: (array (B, d + 1, M), label (B, 2, M), sections (B, 5))."""
     num_decisions, size = problem.wanted.shape
     rows = row_buffers(num_decisions, problem.capacity, size)
     sections = np.zeros((num_decisions, NUM_SECTIONS), dtype=np.int64)
     room = make_row_room(problem.num_neighbours, size)
     for k in range(num_decisions):
-        own = make_rows_in_space(problem, k, RowLabels(rows.array[k], rows.label[k]), room)
+        own = make_rows_in_space(
+            problem, settings, k, RowLabels(rows.array[k], rows.label[k]), room
+        )
         for part in range(NUM_SECTIONS):
             sections[k, part] = own[part]
     return rows.array, rows.label, sections

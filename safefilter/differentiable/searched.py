@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.batch.program import SAFE
-from safefilter.batch.records import Outcome, Results, outcome_of
+from safefilter.batch.records import Outcome
 from safefilter.jit import array_formula, formula
 
 
@@ -57,13 +57,20 @@ class Searched(NamedTuple):
 @array_formula
 def make_outcome(dimension: int) -> Outcome:
     """Allocate room for one decision of the filter's own."""
-    return outcome_of(
-        Results(
-            np.empty((1, 4 * dimension + 3)),
-            np.empty((1, 4 * dimension + 2), dtype=np.int64),
-            np.empty((1, 2), dtype=np.int8),
-            np.empty((1, 3), dtype=np.bool_),
-        )
+    return Outcome(
+        np.empty((1, dimension)),
+        np.empty((1, dimension)),
+        np.empty(1),
+        np.empty(1),
+        np.empty((1, dimension)),
+        np.empty((1, dimension + 1)),
+        np.empty((1, 2 * dimension), dtype=np.int64),
+        np.empty((1, 2 * dimension + 2), dtype=np.int64),
+        np.empty(1, dtype=np.int8),
+        np.empty(1, dtype=np.int8),
+        np.empty(1, dtype=np.bool_),
+        np.empty(1, dtype=np.bool_),
+        np.empty(1, dtype=np.bool_),
     )
 
 

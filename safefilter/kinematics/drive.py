@@ -51,11 +51,20 @@ NO_DRIVE = Drive(
 
 
 @kernel
-def wanted_velocities(drive: Drive, index: IntArray, command: FloatArray) -> FloatArray:
-    """Velocities that commands amount to, shape (B, 2): exact displacements of a step, divided by dt."""
+def wanted_velocities(
+    command: FloatArray, heading: FloatArray, index: IntArray, dt: float
+) -> FloatArray:
+    """Velocities that commands amount to, shape (B, 2): exact displacements of a step, divided by dt.
+
+    Args:
+        command: (v, w), shape (B, 2).
+        heading: Of all robots, shape (N,), in rad.
+        index: Whose commands they are, shape (B,).
+        dt: Duration of the step, in s.
+    """
     wanted = np.empty((len(index), 2))
     for k in range(len(index)):
         wanted[k, 0], wanted[k, 1] = chord_velocity(
-            command[k, 0], command[k, 1], drive.heading[index[k]], drive.dt
+            command[k, 0], command[k, 1], heading[index[k]], dt
         )
     return wanted

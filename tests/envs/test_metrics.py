@@ -1,5 +1,4 @@
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +9,10 @@ from safefilter.decision import Case, Decision
 
 
 def outcome(clearance: list[list[float]], num_contacts: int = 0) -> Outcome:
-    nothing = Outcome.empty(1, len(clearance[0]))
-    return replace(nothing, clearance=np.array(clearance), num_contacts=np.array([num_contacts]))
+    made = Outcome.empty(1, len(clearance[0]))
+    made.clearance[...], made.wall_clearance[...] = clearance, np.inf
+    made.flags[...], made.num_contacts[...] = False, num_contacts
+    return made
 
 
 def decision(index: list[int], case: list[Case], correction: list[float]) -> Decision:
@@ -99,15 +100,11 @@ def test_missing_certificates_are_counted_for_everyone() -> None:
 
 def test_hits_of_robots_and_of_walls_are_counted_apart() -> None:
     metrics = Metrics.empty(1, 2)
-    hit = replace(outcome([[-0.1, -0.1]], 1), hit_robot=np.array([[True, True]]))
-    metrics.record(hit)
-    metrics.record(
-        replace(
-            outcome([[0.1, 0.1]]),
-            hit_wall=np.array([[True, False]]),
-            wall_clearance=np.array([[-0.02, 0.3]]),
-        )
-    )
+    by_robot, by_wall = outcome([[-0.1, -0.1]], 1), outcome([[0.1, 0.1]])
+    by_robot.hit_robot[...] = True
+    by_wall.hit_wall[...], by_wall.wall_clearance[...] = [[True, False]], [[-0.02, 0.3]]
+    metrics.record(by_robot)
+    metrics.record(by_wall)
     summary = summarise(metrics, World.empty(1, Fleet.of(2)))
     assert (summary.num_robot_hits, summary.num_wall_hits) == (2, 1)
     assert summary.min_wall_clearance == -0.02

@@ -1,7 +1,12 @@
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
 from envs.fleet import Fleet
 from envs.world import World, full_speed
+
+# Parts of a direction.
+PARTS = st.one_of(st.just(0.0), st.floats(1e-6, 1e6), st.floats(-1e6, -1e-6))
 
 
 def test_snapshot_keeps_its_moment() -> None:
@@ -30,6 +35,19 @@ def test_preferred_velocity_points_to_the_goal_at_full_speed() -> None:
 
 def test_no_direction_means_no_speed() -> None:
     np.testing.assert_array_equal(full_speed(np.zeros((2, 2)), np.ones(2)), np.zeros((2, 2)))
+
+
+@given(st.lists(st.tuples(PARTS, PARTS, st.floats(0.1, 10.0)), min_size=1, max_size=6))
+def test_speed_is_kept_and_so_is_the_direction(drawn: list[tuple[float, float, float]]) -> None:
+    numbers = np.array(drawn)
+    direction, speed = numbers[:, :2], numbers[:, 2]
+    found = full_speed(direction, speed)
+    length = np.linalg.norm(direction, axis=1)
+    expected = np.where(length > 0.0, speed, 0.0)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), expected, rtol=1e-12)
+    # Along the direction: where that points nowhere, both sides are zero.
+    along = (found * direction).sum(axis=1)
+    np.testing.assert_allclose(along, length * expected, rtol=1e-12)
 
 
 def test_arrays_of_many_worlds_are_laid_out_as_those_of_one() -> None:

@@ -9,9 +9,9 @@ from safefilter.kinematics.drive import NO_DRIVE, wanted_velocities
 
 def test_commands_become_the_chords_of_their_arcs() -> None:
     heading = np.array([0.0, math.pi / 2, 1.0])
-    drive = NO_DRIVE._replace(is_used=True, heading=heading, dt=math.pi / 2)
     # Robot 1 goes straight north; robot 0 makes a quarter of a circle of radius 1 m.
-    found = wanted_velocities(drive, np.array([1, 0]), np.array([[0.5, 0.0], [1.0, 1.0]]))
+    command = np.array([[0.5, 0.0], [1.0, 1.0]])
+    found = wanted_velocities(command, heading, np.array([1, 0]), math.pi / 2)
     np.testing.assert_allclose(found * math.pi / 2, [[0.0, math.pi / 4], [1.0, 1.0]], atol=1e-12)
 
 
