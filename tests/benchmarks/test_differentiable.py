@@ -1,4 +1,5 @@
 import numba
+import numpy as np
 import pytest
 import torch
 
@@ -25,7 +26,8 @@ def test_others_answer_the_same_question() -> None:
     for name, forward in layers.items():
         found[name] = Passes(forward, question)
         found[name]()
-        assert len(found[name].forward_times) == 1
+        assert len(found[name].times) == len(found[name].forward_times) >= 1
+        assert (np.array(found[name].forward_times) < np.array(found[name].times)).all()
         torch.testing.assert_close(found[name].point, found[OURS].point, atol=1e-3, rtol=0.0)
     layer = Passes(cvxpylayers(2, 5), question)
     layer()

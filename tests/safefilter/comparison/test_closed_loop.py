@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from safefilter.backends.backend import Backend, Capabilities, Solution, Status
-from safefilter.comparison.closed_loop import NUM_ROBOTS, RADIUS, crossing, drive_across
+from safefilter.comparison.closed_loop import DT, NUM_ROBOTS, RADIUS, crossing, drive_across
 from safefilter.comparison.contender import Contender, Setting
+from safefilter.comparison.runner import LOOP_STEPS
 from safefilter.programs.convex_program import ConvexProgram
 
 STEPS = 30
@@ -84,3 +85,10 @@ def test_an_exact_solver_is_the_same_trusted_or_verified(is_verified: bool) -> N
     assert found.min_clearance > 0.0
     assert found.is_verified is is_verified
     assert found.step_time > 0.0
+
+
+def test_everybody_arrives() -> None:
+    contender = Contender("planar", Setting.TOLERANCE)
+    found = drive_across(contender, is_verified=True, num_steps=LOOP_STEPS)
+    assert found.arrived == 1.0
+    assert 0.0 < found.time_to_goal < LOOP_STEPS * DT
