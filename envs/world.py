@@ -19,6 +19,7 @@ from envs.fleet import Fleet
 from envs.step_kernel import RobotArrays, find_active
 from envs.walls import WallMap
 from safefilter.arrays import ArrayT, BoolArray, FloatArray, IntArray
+from safefilter.errors import ShapeError
 from safefilter.jit import kernel
 from safefilter.threads import over_ranges
 
@@ -183,7 +184,12 @@ def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:
 
     Returns:
         Shape (..., 2), in m/s.
+
+    Raises:
+        ShapeError: If there is not one speed a direction: the kernel would read beyond them.
     """
+    if speed.shape != direction.shape[:-1]:
+        raise ShapeError(f"speed: expected shape {direction.shape[:-1]}, got {speed.shape}")
     velocity = np.empty(direction.shape)
     _full_speed(direction.reshape(-1, 2), speed.ravel(), velocity.reshape(-1, 2))
     return velocity

@@ -1,9 +1,11 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from envs.fleet import Fleet
 from envs.world import World, full_speed
+from safefilter.errors import ShapeError
 
 # Parts of a direction.
 PARTS = st.one_of(st.just(0.0), st.floats(1e-6, 1e6), st.floats(-1e6, -1e-6))
@@ -55,3 +57,8 @@ def test_arrays_of_many_worlds_are_laid_out_as_those_of_one() -> None:
     for num_worlds in (1, 3):
         state = World.empty(num_worlds, Fleet.of(4)).state
         assert {name for name, array in state.items() if not array.flags.c_contiguous} == set()
+
+
+def test_one_speed_a_direction() -> None:
+    with pytest.raises(ShapeError, match=r"speed: expected shape \(3,\), got \(2,\)"):
+        full_speed(np.ones((3, 2)), np.ones(2))
