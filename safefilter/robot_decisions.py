@@ -21,13 +21,14 @@ from safefilter.arrays import FloatArray, IntArray, finite_array, number_array
 from safefilter.backend_answer import Solvers, ask_backend
 from safefilter.batch.kernels import KERNELS
 from safefilter.batch.records import (
-    LAYOUT,
     Limits,
     Problem,
     Results,
     Settings,
+    empty_results,
     outcome_of,
     plain,
+    plain_problem,
 )
 from safefilter.batch.robots import robots_of
 from safefilter.certificate import Certificate
@@ -149,8 +150,10 @@ class RobotDecisions:
         start = perf_counter()
         given = number_array(action, "action", self._expected)
         problem = self._problem(scene, given, index)
-        results = np.empty(len(problem.index), LAYOUT[self._dimension])
-        work = partial(self._kernels.decide_range, plain(problem), self._settings_parts, results)
+        results = empty_results(len(problem.index), self._dimension)
+        work = partial(
+            self._kernels.decide_range, plain_problem(problem), self._settings_parts, results
+        )
         over_ranges(work, len(problem.index))
         built = 0.0
         if self._solvers is not None:
@@ -194,7 +197,7 @@ class RobotDecisions:
         if problem.drive.is_used:
             problem.drive.command[is_lost] = 0.0
         rows, array, sections = self._rows(problem)
-        results = np.empty(len(decision), LAYOUT[self._dimension])
+        results = empty_results(len(decision), self._dimension)
         again = _name_columns(results)
         again.velocity[:] = decision.velocity
         again.case[:] = decision.case

@@ -90,6 +90,22 @@ def plain(record: tuple[Any, ...]) -> tuple[Any, ...]:
     return tuple([part[:] if isinstance(part, tuple) else part for part in record])
 
 
+def plain_problem(problem: Problem) -> tuple[Any, ...]:
+    """What `plain` makes of it, in half the time."""
+    scene, index, wanted, limits, drive, user, capacity, neighbours, is_single = problem
+    return (
+        scene[:],
+        index,
+        wanted,
+        limits[:],
+        drive[:],
+        user[:],
+        capacity,
+        neighbours,
+        is_single,
+    )
+
+
 @array_formula
 def problem_of(parts: tuple[Any, ...]) -> Problem:
     """Give a plain problem its names back."""
@@ -145,14 +161,9 @@ class Scratch(NamedTuple):
 def make_scratch(num_neighbours: int) -> Scratch:
     """Allocate room to work in."""
     chosen, keys = room_to_choose(num_neighbours)
-    return Scratch(
-        chosen,
-        keys,
-        np.empty(3, dtype=np.int64),
-        np.empty(3),
-        np.empty(3, dtype=np.int64),
-        np.empty(3),
-    )
+    # One array of each kind for the rest: making one takes as long as deciding where nobody is near.
+    numbers, weights = np.empty(6, dtype=np.int64), np.empty(6)
+    return Scratch(chosen, keys, numbers[:3], weights[:3], numbers[3:], weights[3:])
 
 
 # Results of a batch, one record a decision: every array handed to a kernel costs.
@@ -182,6 +193,13 @@ def _layout(dimension: int) -> np.dtype[np.void]:
 
 
 LAYOUT = {PLANE: _layout(PLANE), SPACE: _layout(SPACE)}
+
+
+def empty_results(num_decisions: int, dimension: int) -> Results:
+    """Room for results, shape (B,)."""
+    layout = LAYOUT[dimension]
+    # Not `np.empty`, which takes 0.7 us for a dtype of many fields: looking at other memory through it takes a third.
+    return np.frombuffer(np.empty(num_decisions * layout.itemsize // 8), layout)
 
 
 class Outcome(NamedTuple):

@@ -35,7 +35,8 @@ def robots_of(scene: Scene, index: Sequence[int] | IntArray | None) -> IntArray:
         raise ShapeError(
             f"index: expected integers of shape (B,), got {given.dtype} of shape {given.shape}"
         )
-    robots = given.astype(np.int64)
+    # Of a list an array was made that nobody else has.
+    robots = given if type(index) is list and given.dtype == np.int64 else given.astype(np.int64)
     if not _are_cooperative(robots, scene.cooperative):
         _refuse(scene, robots)
     return robots
