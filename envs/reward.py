@@ -52,6 +52,7 @@ class RewardWeights:
         overtaking: Beyond the paper: a step of overtaking on the wrong side.
         intervention: Beyond the paper: a m/s by which a filter changes the wanted velocity.
         way: Beyond the paper: a metre of progress along the shortest way around the walls, see `envs.shortest_ways`.
+        way_direction: Beyond the paper: c of Eq. (9) for the angle to that way, a rad.
         area: Social norm area of every robot.
         progress: Eq. (8): progress of the step, or literally since t = 0, paid at every step.
         course: Eq. (9): in proportion to the speed, or literally whole, at rest too.
@@ -69,6 +70,7 @@ class RewardWeights:
     overtaking: float = 0.0
     intervention: float = 0.0
     way: float = 0.0
+    way_direction: float = 0.0
     area: NormArea = PAPER_AREA
     progress: Reading = Reading.WORKING
     course: Reading = Reading.WORKING
@@ -115,6 +117,7 @@ class Reward:
     overtaking: FloatArray
     intervention: FloatArray
     way: FloatArray
+    way_direction: FloatArray
 
     @property
     def navigation(self) -> FloatArray:
@@ -136,7 +139,14 @@ class Reward:
     @property
     def total(self) -> FloatArray:
         """R^ex and the terms that go beyond the paper, shape (W, N)."""
-        return self.external + self.passing + self.overtaking + self.intervention + self.way
+        return (
+            self.external
+            + self.passing
+            + self.overtaking
+            + self.intervention
+            + self.way
+            + self.way_direction
+        )
 
     def by_name(self) -> dict[str, FloatArray]:
         """All terms, for logs."""
@@ -157,6 +167,7 @@ class PaidTerms(NamedTuple):
     overtaking: float
     intervention: float
     way: float
+    way_direction: float
 
 
 TERMS = PaidTerms._fields
@@ -220,7 +231,7 @@ def reward(step: Transition, weights: RewardWeights) -> Reward:
 def pay_robot(  # noqa: PLR0917  # a compiled formula takes plain arguments
     step: PaidFor, weights: PaidTerms, literal: Readings, w: int, i: int, paid: FloatArray
 ) -> None:
-    """Write all terms of one robot that was under way, in the order of `TERMS`, to ``paid``, shape (11, W, N)."""
+    """Write all terms of one robot that was under way, in the order of `TERMS`, to ``paid``, shape (12, W, N)."""
     x, y = step.position[w, i, 0], step.position[w, i, 1]
     goal_x, goal_y = step.goal[w, i, 0], step.goal[w, i, 1]
     v_x, v_y = step.velocity[w, i, 0], step.velocity[w, i, 1]
@@ -248,6 +259,8 @@ def pay_robot(  # noqa: PLR0917  # a compiled formula takes plain arguments
     paid[8, w, i] = terms.norm(step.overtaking[w, i], weights.overtaking)
     paid[9, w, i] = terms.intervention(step.correction[w, i], weights.intervention)
     paid[10, w, i] = terms.way(step.way[w, i], weights.way)
+    moved = math.hypot(x - step.before[w, i, 0], y - step.before[w, i, 1])
+    paid[11, w, i] = terms.way_direction(step.way[w, i], moved, share, weights.way_direction)
 
 
 @kernel

@@ -137,3 +137,21 @@ def way(progress: float, weight: float) -> float:
         weight: A metre.
     """
     return weight * progress
+
+
+@formula
+def way_direction(progress: float, distance: float, share: float, weight: float) -> float:
+    """R^dir, Eq. (9), for the shortest way around the walls in the place of the goal. Goes beyond the paper.
+
+    Args:
+        progress: By how much the way to the goal became shorter, in m.
+        distance: How far the robot moved, in m: the angle is that whose cosine is their ratio.
+        share: Part of the reward that is paid: speed / v_max.
+        weight: As c of Eq. (9), a rad.
+
+    Returns:
+        Zero for a robot that did not move.
+    """
+    if distance <= 0.0:
+        return 0.0
+    return weight * share * (math.pi - 2.0 * math.acos(max(-1.0, min(1.0, progress / distance))))

@@ -33,7 +33,8 @@ class RewardTracker:
         """
         self.weights = RewardWeights() if weights is None else weights
         self._course = np.zeros((0, 0, 2))
-        self._ways = ShortestWays() if self.weights.way else None
+        looks_at_ways = self.weights.way != 0.0 or self.weights.way_direction != 0.0
+        self._ways = ShortestWays() if looks_at_ways else None
         self._way_before = np.zeros((0, 0))
 
     def remember(self, world: World) -> None:

@@ -32,7 +32,7 @@ from safefilter.scene import PRIORITY, Scene
 
 TIME_HORIZON = 2.0
 """Robots keep out of each other's way for so long, tau of Eq. (15), in s."""
-WALL_HORIZON = 1.0
+WALL_HORIZON = 0.5
 """The same for walls, in s."""
 TRACKING_ERROR = 0.02
 """How far off the course of a solved velocity a differential drive may be, eps, in m."""

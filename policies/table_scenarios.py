@@ -16,6 +16,7 @@ PAPER_SCENARIOS = (
 )
 """The paper's four, the third also so narrow that NH-ORCA takes the paper's time."""
 FURTHER_SCENARIOS = (
+    "passing_narrow",
     "crossroad_dense",
     "antipodal_circle",
     "doorway",

@@ -68,7 +68,8 @@ def test_weights_are_the_papers() -> None:
 
 def test_terms_beyond_the_paper_are_off() -> None:
     weights = RewardWeights()
-    assert weights.passing == weights.overtaking == weights.intervention == weights.way == 0.0
+    assert weights.passing == weights.overtaking == weights.intervention == 0.0
+    assert weights.way == weights.way_direction == 0.0
 
 
 def test_a_step_towards_the_goal_by_hand() -> None:
@@ -177,6 +178,12 @@ def test_explicit_norms_pay_the_robot_that_breaks_them() -> None:
 def test_progress_on_the_shortest_way_is_paid_by_the_metre() -> None:
     found = reward(step(way=0.03), replace(RewardWeights.sparse(), way=20.0))
     assert paid(found) == pytest.approx({"time": -0.25, "way": 0.6})
+
+
+def test_direction_of_the_shortest_way_is_paid_in_proportion_to_the_speed() -> None:
+    # 0.02 m of movement at half of the greatest speed, 0.01 m of progress: 60 degrees off the way.
+    found = reward(step(way=0.01), replace(RewardWeights.sparse(), way_direction=0.6))
+    assert paid(found) == pytest.approx({"time": -0.25, "way_direction": 0.3 * math.pi / 3.0})
 
 
 def test_intervention_costs_by_the_correction() -> None:

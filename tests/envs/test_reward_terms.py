@@ -111,3 +111,29 @@ def test_intervention_costs_in_proportion() -> None:
 def test_the_way_is_paid_by_the_metre_and_back_again() -> None:
     assert terms.way(0.04, 20.0) == 0.8
     assert terms.way(-0.04, 20.0) == -0.8
+
+
+@pytest.mark.parametrize(
+    ("progress", "expected"), [(0.04, math.pi), (0.02, math.pi / 3), (0.0, 0.0), (-0.04, -math.pi)]
+)
+def test_direction_of_the_way_by_hand(progress: float, expected: float) -> None:
+    assert terms.way_direction(progress, 0.04, 1.0, 1.0) == pytest.approx(expected)
+    assert terms.way_direction(progress, 0.04, 0.5, 0.3) == pytest.approx(0.15 * expected)
+
+
+@given(angles, st.floats(0.1, 1.0))
+def test_without_walls_the_direction_of_the_way_is_that_of_the_goal(
+    angle: float, speed: float
+) -> None:
+    # Far away, where the goal lies in the same direction all the step long.
+    goal, moved = np.array([1e9, 0.0]), speed * unit(angle)
+    progress = float(moved[0])
+    found = terms.way_direction(progress, float(np.linalg.norm(moved)), 1.0, 1.0)
+    assert found == pytest.approx(direction(moved, goal), abs=1e-6)
+
+
+def test_direction_of_the_way_takes_more_progress_than_way_for_straight_ahead() -> None:
+    # Lengths are read off a grid: they may change by more than the robot moved.
+    assert terms.way_direction(0.05, 0.04, 1.0, 1.0) == math.pi
+    assert terms.way_direction(-0.05, 0.04, 1.0, 1.0) == -math.pi
+    assert terms.way_direction(0.01, 0.0, 1.0, 1.0) == 0.0
