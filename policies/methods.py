@@ -179,7 +179,8 @@ _ALL = (
 _ABLATIONS = {
     "short": "Ours after the paper's number of training steps; what the rows below it change one thing of.",
     "no-norms": "Nothing paid for passing right and overtaking left.",
-    "straight-progress": "Progress is paid for straight to the goal, as in Eq. (8), and not around the walls.",
+    "straight-direction": "Facing the goal is paid for, facing the shortest way to it is not.",
+    "straight-progress": "Progress and direction as in Eqs. (8) and (9), straight to the goal, not around the walls.",
     "paper-reward": "The paper's weights, with its norm area and without explicit norms.",
     "no-cap": "Trained behind the paper's filter, driven behind ours.",
     "no-filter": "Trained without any filter, driven behind ours.",

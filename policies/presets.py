@@ -29,7 +29,10 @@ PRESETS: dict[str, TrainingSettings] = {
     "drl-cd-sparse": replace(SPARSE, curiosity=CuriositySettings()),
     "short": SHORT,
     "no-norms": replace(SHORT, reward=replace(SHORT.reward, passing=0.0, overtaking=0.0)),
-    "straight-progress": replace(SHORT, reward=replace(SHORT.reward, forward=20.0, way=0.0)),
+    "straight-direction": replace(SHORT, reward=replace(SHORT.reward, way_direction=0.0)),
+    "straight-progress": replace(
+        SHORT, reward=replace(SHORT.reward, forward=20.0, way=0.0, way_direction=0.0)
+    ),
     "paper-reward": replace(SHORT, reward=RewardWeights()),
     "no-filter": replace(SHORT, filtering=Filtering("off")),
     "no-cap": replace(SHORT, filtering=Filtering("literal")),

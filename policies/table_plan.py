@@ -38,6 +38,7 @@ PLAN: dict[str, tuple[str, ...]] = {
         (
             "short",
             "no-norms",
+            "straight-direction",
             "straight-progress",
             "paper-reward",
             "no-cap",

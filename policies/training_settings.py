@@ -57,13 +57,14 @@ USUAL_REWARD = RewardWeights(
     direction=0.3,
     time=-1.0,
     norm=0.0,
-    passing=-1.7,
-    overtaking=-2.0,
+    passing=-2.5,
+    overtaking=-4.0,
     intervention=-1.0,
     way=20.0,
+    way_direction=0.4,
 )
 """Ours; those of the paper are `RewardWeights()`. Penalties of sides stand for the norm area, and progress on the
-shortest way for progress straight ahead, which pays for driving into traps."""
+shortest way, and its direction, for those straight ahead, which pay for driving into traps."""
 USUAL_FILTERING = replace(OURS_WITH_MAP, right_bias=0.0)
 USUAL_COURSE = CourseSettings()
 USUAL_PPO = PPOSettings()

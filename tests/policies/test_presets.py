@@ -20,7 +20,11 @@ def changed(name: str, other: str = "srl-orca") -> list[str]:
         ("srl-orca", set()),
         ("short", {"num_steps"}),
         ("no-norms", {"num_steps", "reward.passing", "reward.overtaking"}),
-        ("straight-progress", {"num_steps", "reward.forward", "reward.way"}),
+        ("straight-direction", {"num_steps", "reward.way_direction"}),
+        (
+            "straight-progress",
+            {"num_steps", "reward.forward", "reward.way", "reward.way_direction"},
+        ),
         ("no-cap", {"num_steps", "filtering.kind", "filtering.leg"}),
         ("no-filter", {"num_steps", "filtering.kind", "filtering.leg"}),
         ("nearest-leg", {"num_steps", "filtering.leg"}),
