@@ -9,6 +9,7 @@ from policies.checkpoint_errors import CheckpointMissing
 from policies.evaluate import Settings, main
 from policies.foreign_policy import PolicyNotTrusted
 from policies.table_page import BEGIN, END
+from policies.table_scenarios import TABLE_SCENARIOS
 from safefilter.errors import InvalidInput, OutOfRange
 
 QUICK = Settings(
@@ -75,7 +76,9 @@ def test_the_whole_table_is_written_with_what_there_is(
     assert "Left out: drl-cf, training 99: not trained" in printed.replace("\n", " ")
     table = (tmp_path / "out" / "table.md").read_text()
     assert table in docs.read_text()
-    assert table.count("| NH-ORCA |") == 10
+    assert table.count("| NH-ORCA |") == len(TABLE_SCENARIOS)
     rows = json.loads((tmp_path / "out" / "table.json").read_text())
-    assert len(rows) == 10
-    assert len((tmp_path / "out" / "table.csv").read_text().splitlines()) == 11
+    assert len(rows) == len(TABLE_SCENARIOS)
+    assert len((tmp_path / "out" / "table.csv").read_text().splitlines()) == 1 + len(
+        TABLE_SCENARIOS
+    )

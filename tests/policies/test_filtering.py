@@ -124,7 +124,7 @@ def test_a_bias_of_a_quarter_turn_is_refused() -> None:
 def test_beams_are_looked_at_as_far_as_rows_reach_or_the_robots_are_refused() -> None:
     navigation = worlds()
     built(OURS, navigation)
-    navigation.world.v_max[0, 1] = 0.3
+    navigation.world.v_max[0, 1] = 0.6
     with pytest.raises(OutOfRange, match=r"reach 0\.4\d* m, but beams are looked at up to 0\.4 m"):
         built(OURS, navigation)
     built(OURS_WITH_MAP, navigation)

@@ -220,6 +220,6 @@ def test_robots_learn_to_arrive() -> None:
         assert (
             figures["arrival_rate"] == 1.0 or not figures["episodes"]
         )  # the filter keeps them from all else
-    part = len(arrivals) // 4
+    part = len(arrivals) // 8
     # An eighth of a second's way a step at full speed: from hardly any to one arrival in 100 steps or so.
     assert np.mean(arrivals[-part:]) > 3.0 * np.mean(arrivals[:part])
