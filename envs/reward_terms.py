@@ -50,7 +50,13 @@ def direction(  # noqa: PLR0917  # a compiled formula takes plain numbers
     # The arccos of Eq. (9) loses half of all digits near 0 and pi, and is NaN past a rounding.
     angle = abs(math.atan2(across, along))
     has_angle = (course_x != 0.0 or course_y != 0.0) and (goal_x != 0.0 or goal_y != 0.0)
-    return weight * share * (math.pi - 2.0 * angle) if has_angle else 0.0
+    return for_angle(angle, share, weight) if has_angle else 0.0
+
+
+@formula
+def for_angle(angle: float, share: float, weight: float) -> float:
+    """Eq. (9) for an angle from 0 to pi, whatever it is to."""
+    return weight * share * (math.pi - 2.0 * angle)
 
 
 @formula
@@ -154,4 +160,4 @@ def way_direction(progress: float, distance: float, share: float, weight: float)
     """
     if distance <= 0.0:
         return 0.0
-    return weight * share * (math.pi - 2.0 * math.acos(max(-1.0, min(1.0, progress / distance))))
+    return for_angle(math.acos(max(-1.0, min(1.0, progress / distance))), share, weight)
