@@ -223,3 +223,4 @@ def test_robots_learn_to_arrive() -> None:
     part = len(arrivals) // 8
     # An eighth of a second's way a step at full speed: from hardly any to one arrival in 100 steps or so.
     assert np.mean(arrivals[-part:]) > 3.0 * np.mean(arrivals[:part])
+    assert np.mean(arrivals[-2 * part :]) > 10.0

@@ -1,11 +1,26 @@
 from __future__ import annotations
 
+import numba
 import numpy as np
 import pytest
 
-from safefilter.batch.records import LAYOUT, Outcome, outcome_of
+from safefilter.batch.records import (
+    LAYOUT,
+    Limits,
+    Outcome,
+    Problem,
+    empty_results,
+    outcome_of,
+    plain,
+    plain_problem,
+)
+from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.constraints.user_rows import NO_USER_ROWS
 from safefilter.decision import Decision
 from safefilter.jit import source_of
+from safefilter.kinematics.drive import NO_DRIVE
+from safefilter.kinematics.holonomic import Holonomic
+from safefilter.scene import Scene
 
 NUM_DECISIONS = 3
 DIMENSIONS = sorted(LAYOUT)
@@ -22,6 +37,45 @@ def test_every_field_of_a_result_is_the_column_of_its_name(dimension: int) -> No
     assert LAYOUT[dimension].names == Outcome._fields
     for name, column in named._asdict().items():
         assert column.__array_interface__ == results[name].__array_interface__
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("num_decisions", [0, 1, NUM_DECISIONS])
+def test_room_for_results_is_an_array_of_its_own(dimension: int, num_decisions: int) -> None:
+    room, usual = (
+        empty_results(num_decisions, dimension),
+        np.empty(num_decisions, LAYOUT[dimension]),
+    )
+    # For another kind every kernel would be compiled once more.
+    kind, usual_kind = (numba.typeof(array) for array in (room, usual))  # type: ignore[no-untyped-call]  # numba has none
+    assert kind == usual_kind
+    assert room.shape == usual.shape
+    assert room.flags.writeable
+    assert not np.shares_memory(room, empty_results(num_decisions, dimension))
+
+
+def test_a_plain_problem_is_the_problem_without_names() -> None:
+    scene, holonomic = (
+        Scene.from_world([[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)), 0.1),
+        Holonomic(0.2),
+    )
+    speeds = holonomic.v_max(scene)
+    problem = Problem(
+        SceneArrays.of(scene),
+        np.arange(2),
+        np.zeros((2, 2)),
+        Limits(speeds, speeds, holonomic.sides, holonomic.inner_radius),
+        NO_DRIVE,
+        NO_USER_ROWS,
+        70,
+        1,
+        is_single=False,
+    )
+    fast, usual = plain_problem(problem), plain(problem)
+    assert [type(part) for part in fast] == [type(part) for part in usual]
+    for part, same in zip(fast, usual, strict=True):
+        pairs = zip(part, same, strict=True) if isinstance(part, tuple) else [(part, same)]
+        assert all(one is other for one, other in pairs)
 
 
 def test_the_names_are_those_of_a_decision() -> None:
