@@ -82,7 +82,7 @@ def test_a_callable_that_returns_no_policy_is_refused(module: str) -> None:
 def test_a_zip_is_opened_by_those_who_trust_its_author_alone(tmp_path: Path) -> None:
     path = tmp_path / "trained.zip"
     environment = gymnasium.make("envs:Scenario-v0", scenario="overtaking")
-    model = PPO("MlpPolicy", environment, n_steps=8, batch_size=8, device="cpu")
+    model = PPO("MlpPolicy", environment, n_steps=8, batch_size=8, seed=0, device="cpu")
     model.save(path)
     with pytest.raises(PolicyNotTrusted, match="if you trust whoever made it, say --trust-pickle"):
         load_foreign(str(path))
@@ -94,7 +94,8 @@ def test_a_zip_is_opened_by_those_who_trust_its_author_alone(tmp_path: Path) -> 
     navigation.reset(0)
     commands = policy.make(navigation).act(navigation.world, RNG)
     expected, _ = model.predict(navigation.observe()[0, 0], deterministic=True)
-    np.testing.assert_allclose(commands[0, 0], expected, rtol=1e-5)
+    # Single precision, and another order of sums than torch's: near zero only the absolute error says anything.
+    np.testing.assert_allclose(commands[0, 0], expected, rtol=1e-5, atol=1e-6)
     content = path.read_bytes()
     place = len(content) // 2
     for damaged in (b"", content[:place], content[:place] + bytes(64) + content[place + 64 :]):
