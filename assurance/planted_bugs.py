@@ -177,7 +177,7 @@ PLANTED_BUGS = (
     ),
     PlantedBug(
         "headings in degrees",
-        "safefilter.kinematics.differential_drive:DifferentialDrive.drive",
+        f"{BATCH}.handed:SceneArrays",
         spoils.in_degrees,
         ARCS,
     ),

@@ -158,11 +158,11 @@ def own_velocities(_right: Any) -> Any:
 def in_degrees(right: Any) -> Any:
     """Hand on headings in degrees."""
 
-    def drive(self: Any, scene: Any, command: Any) -> Any:
-        made = right(self, scene, command)
+    def arrays(*parts: Any) -> Any:
+        made = right(*parts)
         return made._replace(heading=np.degrees(made.heading))
 
-    return drive
+    return arrays
 
 
 def not_normalised(right: Any) -> Any:

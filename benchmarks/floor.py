@@ -28,15 +28,16 @@ from benchmarks.results import Result, Row
 from benchmarks.timing import Action, interleaved, on_threads
 from safefilter import Holonomic, PriorityORCA, Scene, Separation
 from safefilter.batch.decide import decide_range
-from safefilter.batch.records import LAYOUT, Limits, Problem, Settings, plain
-from safefilter.constraints.scene_arrays import SceneArrays
+from safefilter.batch.handed import Handed, Limits, Rules
+from safefilter.batch.records import LAYOUT
+from safefilter.batch.settings import Settings
 from safefilter.constraints.static_obstacles import NO_STATIC
-from safefilter.constraints.user_rows import user_rows
+from safefilter.constraints.user_rows import NO_USER_ROWS
 from safefilter.dense_grid import box_of, count_range, fill_dense_grid, write_range
 from safefilter.kinematics.drive import NO_DRIVE
 from safefilter.neighbours import cells_of, find_neighbours
 from safefilter.safety_filter import TOLERANCE
-from safefilter.scene import PLANE
+from safefilter.scene_arrays import PLANE
 
 SIZE, QUICK_SIZE = 100_000, 500
 ROUNDS, QUICK_ROUNDS = 15, 3
@@ -107,7 +108,7 @@ def _measure(crowd: Crowd, rounds: int, *, quick: bool) -> Result:
 def _stages(crowd: Crowd) -> dict[str, Action]:
     """What is timed, by name; see `_stage_rows` for which is a part of which."""
     size, scene, safety_filter = len(crowd.position), crowd.scene(), crowd_filter()
-    parts, settings = plain(_problem(crowd, scene)), plain(_settings())
+    handed = _handed(crowd, scene)[:]
     results = np.empty(size, LAYOUT[PLANE])
     world = np.zeros(size, dtype=np.int64)
     cells = cells_of(crowd.position, REACH)
@@ -124,41 +125,38 @@ def _stages(crowd: Crowd) -> dict[str, Action]:
         "count pairs": lambda: count_range(squared, grid, start.copy(), 0, size),
         "write pairs": lambda: write_range(squared, grid, start, neighbours, 0, size),
         "decide": lambda: safety_filter.decide(scene, crowd.wanted),
-        "kernel": partial(decide_range, parts, settings, results, 0, size),
-        "sides": partial(write_sides, parts, size),
-        "separation": partial(separate, parts, settings, size),
-        "choice": partial(choose_neighbours, parts, settings, size),
-        "all rows": partial(make_all_rows, parts, settings, size),
+        "kernel": partial(decide_range, handed, results, 0, size),
+        "sides": partial(write_sides, handed, size),
+        "separation": partial(separate, handed, size),
+        "choice": partial(choose_neighbours, handed, size),
+        "all rows": partial(make_all_rows, handed, size),
     }
 
 
-def _problem(crowd: Crowd, scene: Scene) -> Problem:
+def _handed(crowd: Crowd, scene: Scene) -> Handed:
     """What the kernels are given by `crowd_filter`."""
     size, kinematics = len(crowd.position), Holonomic(MAX_SPEED)
-    limits = Limits(
-        kinematics.v_max(scene),
-        kinematics.speed_limit(scene),
-        kinematics.sides,
-        kinematics.inner_radius,
-    )
-    index = np.arange(size)
-    return Problem(
-        SceneArrays.of(scene),
-        index,
-        crowd.wanted.copy(),
-        limits,
-        NO_DRIVE,
-        user_rows({}, scene, crowd.wanted, index),
-        kinematics.sides.shape[1] + 2 * scene.most_neighbours,
-        scene.most_neighbours,
-        is_single=False,
-    )
+    limits = Limits(kinematics.v_max(scene), kinematics.speed_limit(scene), kinematics.sides)
+    rules = Rules.of(_settings(kinematics), limits).array
+    asked = crowd.wanted.copy()
+    return Handed(scene.parts, np.arange(size), asked, NO_USER_ROWS, rules, is_single=False)
 
 
-def _settings() -> Settings:
+def _settings(kinematics: Holonomic) -> Settings:
     """The settings of `crowd_filter`."""
     orca = PriorityORCA(TIME_HORIZON, max_neighbours=MAX_NEIGHBOURS, order="distance")
-    return Settings(orca.settings(1), Separation(DT).settings(2, 3), NO_STATIC, TOLERANCE, 1.0, 0.0)
+    separation = Separation(DT)
+    return Settings(
+        orca.settings(1),
+        separation.settings(2, 3),
+        NO_STATIC,
+        NO_DRIVE,
+        tolerance=TOLERANCE,
+        bias_cos=1.0,
+        bias_sin=0.0,
+        inner_radius=kinematics.inner_radius,
+        rows_each=separation.rows_each,
+    )
 
 
 def _stage_rows(best: dict[str, float], group: str) -> Iterator[Row]:

@@ -7,7 +7,8 @@ from typing import Any
 import numba
 
 from safefilter.arrays import FloatArray
-from safefilter.batch.records import make_scratch, problem_of, settings_of
+from safefilter.batch.handed import named
+from safefilter.batch.records import make_scratch
 from safefilter.batch.rows import make_rows
 from safefilter.constraints.priority_orca import most_urgent
 from safefilter.constraints.row_buffers import RowLabels, row_buffers
@@ -20,9 +21,9 @@ CHAINS, STEPS = 64, 200_000
 
 
 @kernel
-def write_sides(parts: tuple[Any, ...], number: int) -> int:
+def write_sides(handed: tuple[Any, ...], number: int) -> int:
     """Write the polygon's rows for each decision."""
-    problem = problem_of(parts)
+    problem, _ = named(handed)
     buffers = row_buffers(1, problem.capacity)
     rows, total = RowLabels(buffers.array[0], buffers.label[0]), 0
     for k in range(number):
@@ -32,9 +33,9 @@ def write_sides(parts: tuple[Any, ...], number: int) -> int:
 
 
 @kernel
-def separate(parts: tuple[Any, ...], settings_parts: tuple[Any, ...], number: int) -> int:
+def separate(handed: tuple[Any, ...], number: int) -> int:
     """Write the separation rows of each decision."""
-    problem, settings = problem_of(parts), settings_of(settings_parts)
+    problem, settings = named(handed)
     buffers = row_buffers(1, problem.capacity)
     rows, total = RowLabels(buffers.array[0], buffers.label[0]), 0
     for k in range(number):
@@ -50,10 +51,10 @@ def separate(parts: tuple[Any, ...], settings_parts: tuple[Any, ...], number: in
 
 
 @kernel
-def choose_neighbours(parts: tuple[Any, ...], settings_parts: tuple[Any, ...], number: int) -> int:
+def choose_neighbours(handed: tuple[Any, ...], number: int) -> int:
     """Choose the neighbours of each decision that has more than are kept."""
-    problem, settings = problem_of(parts), settings_of(settings_parts)
-    scratch, total = make_scratch(problem.num_neighbours), 0
+    problem, settings = named(handed)
+    scratch, total = make_scratch(problem.scene.most_neighbours), 0
     start = problem.scene.neighbour_start
     for k in range(number):
         i = problem.index[k]
@@ -63,12 +64,12 @@ def choose_neighbours(parts: tuple[Any, ...], settings_parts: tuple[Any, ...], n
 
 
 @kernel
-def make_all_rows(parts: tuple[Any, ...], settings_parts: tuple[Any, ...], number: int) -> int:
+def make_all_rows(handed: tuple[Any, ...], number: int) -> int:
     """Write all rows of each decision."""
-    problem, settings = problem_of(parts), settings_of(settings_parts)
+    problem, settings = named(handed)
     buffers = row_buffers(1, problem.capacity)
     rows, total = RowLabels(buffers.array[0], buffers.label[0]), 0
-    scratch = make_scratch(problem.num_neighbours)
+    scratch = make_scratch(problem.scene.most_neighbours)
     for k in range(number):
         sections = make_rows(problem, settings, k, rows, scratch.chosen, scratch.keys)
         total += sections.num_rows

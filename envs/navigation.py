@@ -6,7 +6,6 @@ Letters: W worlds, N robots a world. SI units.
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,10 +21,11 @@ from envs.observation_layout import ObservationLayout, Observations
 from envs.outcome import Outcome
 from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
+from envs.scene_state import scene_state
 from envs.sensing import Sensing
 from envs.snapshot import Parts, Snapshot
 from envs.step_kernel import Motion, StepInputs, step_worlds
-from envs.walls import WallArrays, WallMap
+from envs.walls import WallMap
 from envs.world import World, over_worlds
 from safefilter.arrays import (
     BoolArray,
@@ -35,8 +35,8 @@ from safefilter.arrays import (
     frozen,
     require_positive,
 )
-from safefilter.batch.records import plain
 from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.kept import Kept
 from safefilter.outlines import OwnWalls
 from safefilter.scene import Scene
 
@@ -99,8 +99,7 @@ class Navigation:
         self.observer = Observer(self.world, self.rules, layout, sensing)
         self._settings = self.rules.settings(drives=self.world.is_differential)
         self._robots = self.world.arrays
-        self._kept_walls: WallArrays | None = None
-        self._kept_parts: tuple[Any, ...] = ()
+        self._kept: Kept[StepInputs] | None = None
         # Another moment's walls: nothing is kept yet.
         self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
@@ -157,14 +156,10 @@ class Navigation:
         action = finite_array(actions, "actions", world.position.shape)
         if self._crowd is not None:
             self._walk(self._crowd, action)
-        num_worlds, num_robots = world.num_worlds, world.num_robots
+        num_worlds, num_robots, _ = action.shape
         outcome = Outcome.empty(num_worlds, num_robots)
-        parts, written = self._parts(), outcome[:]
-        over_worlds(
-            lambda first, last: step_worlds(first, last, action, parts, written),
-            num_worlds,
-            num_robots,
-        )
+        kept = self._inputs().handed
+        over_worlds(step_worlds, num_worlds, num_robots, action, kept, outcome[:])
         self.observer.update()
         self.observer.restart(outcome.reborn)
         return outcome
@@ -253,15 +248,14 @@ class Navigation:
         """Time since the reset of each world, shape (W,), in s."""
         return self.world.step_count.astype(np.float64) * self.rules.dt
 
-    def _parts(self) -> tuple[Any, ...]:
-        """What steps go by, as kernels take it in the least time; kept as long as no wall changes."""
-        walls = self.world.walls.arrays
-        if self._kept_walls is not walls:
-            self._kept_walls = walls
-            self._kept_parts = plain(
+    def _inputs(self) -> Kept[StepInputs]:
+        """What steps go by; kept as long as no wall changes."""
+        walls, kept = self.world.walls.arrays, self._kept
+        if kept is None or kept.record.walls is not walls:
+            kept = self._kept = Kept(
                 StepInputs(self._robots, self._cooperates, walls, self._settings, self._motion)
             )
-        return self._kept_parts
+        return kept
 
     def _scene(
         self,
@@ -277,17 +271,14 @@ class Navigation:
             # People do not tell: what is seen of them has to do.
             told = self._movement(actions).mean_velocity
             told[world.person] = known.velocity[world.person]
-            wanted = told[worlds].reshape(-1, 2)
-        return Scene.from_world(
-            position=known.position[worlds].reshape(-1, 2),
-            velocity=known.velocity[worlds].reshape(-1, 2),
-            radius=world.radius[worlds].ravel(),
-            priority=world.priority[worlds].ravel(),
-            cooperative=world.cooperative[worlds].ravel(),
-            wanted=wanted,
+            wanted = told
+        return Scene.of_state(
+            scene_state(world, known, worlds, wanted),
+            heading=known.heading[worlds].flatten(),
+            cooperative=world.cooperative[worlds].flatten(),
+            has_wanted=wanted is not None,
             world=numbers,
             reach=self.rules.sensing_range,
-            heading=known.heading[worlds].ravel(),
             own_walls=self._map(worlds) if has_map else None,
             lidar=None
             if has_map

@@ -6,7 +6,7 @@ Letters: W worlds, N robots a world, F numbers.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,8 +34,8 @@ from envs.trail import NUM_SECTORS
 from envs.walls import WallArrays
 from envs.world import World, over_worlds
 from safefilter.arrays import BoolArray, IntArray
-from safefilter.batch.records import plain
-from safefilter.jit import array_formula, kernel
+from safefilter.jit import kernel
+from safefilter.kept import Kept, KeptRecord
 
 
 class Observer:
@@ -74,8 +74,7 @@ class Observer:
             is_used=self.layout.has_memory or self.layout.has_trail,
         )
         self.sensed = Sensed(given, self._robots)
-        self._kept_walls: WallArrays | None = None
-        self._kept_parts: tuple[Any, ...] = ()
+        self._kept: Kept[ObservationInputs] | None = None
         self._settings = ObservationSettings(
             num_neighbours=self.layout.num_neighbours,
             num_beams=self.layout.num_beams,
@@ -120,9 +119,9 @@ class Observer:
         world, walls = self._world, self._world.walls.arrays
         observed = world.present if chosen is None else world.present & chosen
         written = np.zeros(self._shape, dtype=np.float32)
-        if self._kept_walls is not walls:
-            self._kept_walls = walls
-            self._kept_parts = plain(
+        kept = self._kept
+        if kept is None or kept.record.walls is not walls:
+            kept = self._kept = Kept(
                 ObservationInputs(
                     self._robots,
                     self.sensed.arrays,
@@ -133,12 +132,8 @@ class Observer:
                     self._settings,
                 )
             )
-        parts = self._kept_parts
-        over_worlds(
-            lambda first, last: _observe(first, last, observed, parts, written),
-            world.num_worlds,
-            world.num_robots,
-        )
+        num_worlds, num_robots, _ = self._shape
+        over_worlds(_observe, num_worlds, num_robots, observed, kept.handed, written)
         return written
 
 
@@ -154,30 +149,15 @@ class ObservationInputs(NamedTuple):
     settings: ObservationSettings
 
 
-@array_formula
-def _inputs_of(parts: tuple[Any, ...]) -> ObservationInputs:
-    """Give plain inputs their names back."""
-    robots, sensed, seed, walls, beams, odometry, settings = parts
-    return ObservationInputs(
-        RobotArrays(*robots),
-        SensedArrays(*sensed),
-        seed,
-        WallArrays(*walls),
-        Beams(*beams),
-        OdometryArrays(*odometry),
-        ObservationSettings(*settings),
-    )
-
-
 @kernel
 def _observe(
+    observed: BoolArray,
+    kept: KeptRecord,
+    written: Observations,
     first_world: int,
     last_world: int,
-    observed: BoolArray,
-    parts: tuple[Any, ...],
-    written: Observations,
 ) -> None:
-    robots, sensed, seed, walls, beams, odometry, settings = _inputs_of(parts)
+    robots, sensed, seed, walls, beams, odometry, settings = kept.record
     num_robots = robots.radius.shape[1]
     true_grid, sensed_grid = empty_robot_grid(num_robots), empty_robot_grid(num_robots)
     nearness = np.empty(2 * settings.num_beams)

@@ -23,7 +23,8 @@ SPACING = 0.1
 """Between the points of the grid, in m."""
 ROOM = 0.85
 """Points nearer to a wall than this part of a radius have no room. Less than 1, since points are apart: a gap of 0.32 m
-is open for a robot of 0.105 m wherever it is and whatever its direction, and one of 0.17 m is not."""
+is open for a robot of 0.105 m wherever it is and whatever its direction. One of 0.14 m is not: two points beside each
+other, 0.05 m from its middle, are nearer than that to its ends. In between it depends on where the gap is."""
 MARGIN = 0.3
 """Grids go so far beyond walls, robots and goals, in m."""
 KEPT_MAPS = 1024

@@ -17,6 +17,7 @@ from envs.robot_grid_kernel import empty_robot_grid, sort_robots
 from envs.walls import WallArrays, most_entries
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import array_formula, formula, kernel
+from safefilter.kept import KeptRecord
 
 YIELD, PARK, VANISH, REBORN = range(4)
 """Numbers of `envs.rules.AfterArrival`, in its order."""
@@ -116,19 +117,6 @@ class OutcomeArrays(NamedTuple):
     rotated: BoolArray
     over: BoolArray
     timed_out: BoolArray
-
-
-@array_formula
-def inputs_of(parts: tuple[Any, ...]) -> StepInputs:
-    """Give plain inputs their names back."""
-    robots, cooperates, walls, settings, motion = parts
-    return StepInputs(
-        RobotArrays(*robots),
-        cooperates,
-        WallArrays(*walls),
-        StepSettings(*settings),
-        Motion(*motion),
-    )
 
 
 @array_formula
@@ -347,22 +335,22 @@ def close_step(robots: RobotArrays, settings: StepSettings, outcome: OutcomeArra
 
 @kernel
 def step_worlds(
+    action: FloatArray,
+    kept: KeptRecord,
+    blocks: tuple[Any, ...],
     first_world: int,
     last_world: int,
-    action: FloatArray,
-    parts: tuple[Any, ...],
-    blocks: tuple[Any, ...],
 ) -> None:
     """Step worlds [first, last).
 
     Args:
+        action: What robots are told, shape (W, N, 2).
+        kept: `StepInputs`.
+        blocks: An `envs.outcome.Outcome` without its names, which numba tells four times as fast; written to.
         first_world: The first one.
         last_world: One past the last one.
-        action: What robots are told, shape (W, N, 2).
-        parts: `StepInputs`, made `plain`.
-        blocks: An `envs.outcome.Outcome`, made `plain`; written to.
     """
-    inputs = inputs_of(parts)
+    inputs: StepInputs = kept.record
     robots, walls, settings, motion = inputs.robots, inputs.walls, inputs.settings, inputs.motion
     contacts, outcome = named_blocks(blocks)
     grid = empty_robot_grid(robots.radius.shape[1])

@@ -20,8 +20,8 @@ from envs.step_kernel import RobotArrays, find_active
 from envs.walls import WallMap
 from safefilter.arrays import ArrayT, BoolArray, FloatArray, IntArray
 from safefilter.errors import ShapeError
-from safefilter.jit import kernel
-from safefilter.threads import over_ranges
+from safefilter.jit import formula, kernel
+from safefilter.threads import MIN_ITEMS, over_ranges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,14 +163,21 @@ class World:
 
     def preferred_velocity(self) -> FloatArray:
         """Straight to the goal at full speed, v_pref of Qin et al., shape (W, N, 2), in m/s; zero at the goal."""
-        return full_speed(self.goal - self.position, self.v_max)
+        velocity = np.empty(self.position.shape)
+        _full_speed_to(self.position, self.goal, self.v_max, velocity)
+        return velocity
 
 
-def over_worlds(work: Callable[[int, int], object], num_worlds: int, num_robots: int) -> None:
-    """Call ``work(first, last)`` for ranges of worlds, in parallel where there are robots enough for that to pay."""
+def over_worlds(
+    work: Callable[..., object], num_worlds: int, num_robots: int, *given: object
+) -> None:
+    """Call ``work(*given, first, last)`` for ranges of worlds, in parallel where there are robots enough to pay."""
+    if num_worlds * num_robots < MIN_ITEMS:
+        work(*given, 0, num_worlds)
+        return
     # Ranges are of robots, and a world belongs to that of its first one.
     over_ranges(
-        lambda first, last: work(-(-first // num_robots), -(-last // num_robots)),
+        lambda first, last: work(*given, -(-first // num_robots), -(-last // num_robots)),
         num_worlds * num_robots,
     )
 
@@ -195,12 +202,28 @@ def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:
     return velocity
 
 
+@formula
+def along(x: float, y: float, speed: float) -> tuple[float, float]:
+    """Velocity of the given speed along (x, y), zero where that has no length."""
+    length = math.hypot(x, y)
+    factor = speed / length if length > 0.0 else 0.0
+    return factor * x, factor * y
+
+
 @kernel
 def _full_speed(direction: FloatArray, speed: FloatArray, velocity: FloatArray) -> None:
     for k in range(len(direction)):
-        length = math.hypot(direction[k, 0], direction[k, 1])
-        factor = speed[k] / length if length > 0.0 else 0.0
-        velocity[k, 0], velocity[k, 1] = factor * direction[k, 0], factor * direction[k, 1]
+        velocity[k, 0], velocity[k, 1] = along(direction[k, 0], direction[k, 1], speed[k])
+
+
+@kernel
+def _full_speed_to(
+    position: FloatArray, goal: FloatArray, speed: FloatArray, velocity: FloatArray
+) -> None:
+    for w in range(position.shape[0]):
+        for i in range(position.shape[1]):
+            x, y = goal[w, i, 0] - position[w, i, 0], goal[w, i, 1] - position[w, i, 1]
+            velocity[w, i, 0], velocity[w, i, 1] = along(x, y, speed[w, i])
 
 
 def _spread(each: ArrayT, shape: tuple[int, int]) -> ArrayT:

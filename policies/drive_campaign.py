@@ -18,10 +18,10 @@ from envs import Navigation, Outcome
 from envs.collision import Bodies, find_contacts
 from envs.dynamics import Movement
 from policies.drive_trials import DriveTrial, drive_trials
-from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.arrays import BoolArray, FloatArray
 from safefilter.decision import Case, Decision
 from safefilter.jit import kernel
-from safefilter.kinematics.differential_drive import DifferentialDrive
+from safefilter.kinematics.differential_drive import DifferentialDrive, require_headings
 from safefilter.kinematics.drive import Drive
 from safefilter.kinematics.drive_last_word import tracking_command
 
@@ -168,10 +168,13 @@ def drive_steps(trial: DriveTrial, way: Way = "filter on") -> Iterator[DriveStep
             decision = safety_filter.decide(scene, wanted, index)
             actions[robots] = decision.action
             if way == "cap off" and isinstance(trial.kinematics, DifferentialDrive):
-                drive = trial.kinematics.drive(scene, wanted.astype(np.float64))
-                v_max = navigation.world.v_max.ravel()
                 actions[robots] = uncut_commands(
-                    drive, index, v_max, decision.velocity, decision.case == Case.SAFE
+                    trial.kinematics.drive,
+                    wanted.astype(np.float64),
+                    require_headings(scene)[index],
+                    navigation.world.v_max.ravel()[index],
+                    decision.velocity,
+                    decision.case == Case.SAFE,
                 )
         limit_passive(navigation, actions, trial.passive_speed)
         outcome = navigation.step(actions)
@@ -179,15 +182,29 @@ def drive_steps(trial: DriveTrial, way: Way = "filter on") -> Iterator[DriveStep
 
 
 @kernel
-def uncut_commands(
-    drive: Drive, index: IntArray, v_max: FloatArray, velocity: FloatArray, is_safe: BoolArray
+def uncut_commands(  # noqa: PLR0917  # a kernel takes arrays
+    drive: Drive,
+    asked: FloatArray,
+    heading: FloatArray,
+    v_max: FloatArray,
+    velocity: FloatArray,
+    is_safe: BoolArray,
 ) -> FloatArray:
-    """Commands that track solved velocities, shape (B, 2), without the last word on their arcs."""
-    command = drive.command.copy()
-    for k in range(len(index)):
+    """Commands that track solved velocities, shape (B, 2), without the last word on their arcs.
+
+    Args:
+        drive: Of all.
+        asked: Commands that the policy asked for, shape (B, 2).
+        heading: Shape (B,), in rad.
+        v_max: Shape (B,), in m/s.
+        velocity: What was solved, shape (B, 2), in m/s.
+        is_safe: Whose command executes as it is, shape (B,).
+    """
+    command = asked.copy()
+    for k in range(len(command)):
         if not is_safe[k]:
             command[k] = tracking_command(
-                drive, k, drive.heading[index[k]], v_max[index[k]], velocity[k, 0], velocity[k, 1]
+                drive, asked[k, 1], heading[k], v_max[k], velocity[k, 0], velocity[k, 1]
             )
     return command
 

@@ -120,15 +120,11 @@ class Decision:
             solve_time: In s.
         """
         made = object.__new__(cls)
-        vars(made).update(
-            action=action,
-            wanted=wanted,
-            index=frozen(index),
-            backend=backend,
-            build_time=build_time,
-            solve_time=solve_time,
-            _columns=columns,
-        )
+        # One after the other, which is faster than all at once.
+        own = vars(made)
+        own["action"], own["wanted"], own["index"] = action, wanted, frozen(index)
+        own["backend"], own["build_time"], own["solve_time"] = backend, build_time, solve_time
+        own["_columns"] = columns
         return made
 
     # Hidden from type checkers, which would take any name for an attribute.

@@ -58,6 +58,16 @@ class _WholePackageCache(_Cache):  # type: ignore[misc]  # of any type, see abov
         digests = source_digest(), source_digest(self._package)
         return (*super()._index_key(sig, codegen), *digests)
 
+    def _load_overload(self, sig: object, target_context: object) -> object:
+        try:
+            return super()._load_overload(sig, target_context)
+        except OSError:  # for numba to judge
+            raise
+        # Whatever unpickling raises: names of types that an earlier version had elsewhere, or a file that is cut off.
+        except Exception:  # noqa: BLE001
+            self.flush()
+            return None
+
 
 def formula(function: FunctionT) -> FunctionT:
     """Compile a formula for use inside kernels; it is inlined there, and not cached on its own.

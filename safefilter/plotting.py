@@ -15,7 +15,7 @@ from matplotlib.patches import Polygon
 from safefilter.arrays import FloatArray
 from safefilter.decision import Case, Decision
 from safefilter.errors import InvalidInput, OutOfRange
-from safefilter.scene import PLANE
+from safefilter.scene_arrays import PLANE
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -19,42 +18,37 @@ import numpy.typing as npt
 from safefilter.arguments import require_flag
 from safefilter.arrays import FloatArray, IntArray, finite_array, number_array
 from safefilter.backend_answer import Solvers, ask_backend
+from safefilter.batch.handed import Handed, Limits, Rules
 from safefilter.batch.kernels import KERNELS
-from safefilter.batch.records import (
-    Limits,
-    Problem,
-    Results,
-    Settings,
-    empty_results,
-    outcome_of,
-    plain,
-    plain_problem,
-)
+from safefilter.batch.records import Results, empty_results, outcome_of
 from safefilter.batch.robots import robots_of
+from safefilter.batch.settings import Settings
 from safefilter.certificate import Certificate
 from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.margins import own_error
 from safefilter.constraints.priority_orca import NO_ORCA, PriorityORCA
 from safefilter.constraints.row_buffers import half_spaces_from_rows
-from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import NO_SEPARATION, Separation
 from safefilter.constraints.static_obstacles import NO_STATIC, StaticObstacles
-from safefilter.constraints.user_rows import user_rows
+from safefilter.constraints.user_rows import NO_USER_ROWS, user_rows
 from safefilter.decision import Case, Decision, Fault
 from safefilter.decision_check import check_decision, refused, require_decision
 from safefilter.errors import EmptyHardSet, InvalidInput, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import source_of
-from safefilter.kinematics.differential_drive import DifferentialDrive
-from safefilter.kinematics.drive import wanted_velocities
+from safefilter.kinematics.differential_drive import DifferentialDrive, require_headings
+from safefilter.kinematics.drive import with_wanted_velocities
 from safefilter.kinematics.holonomic import Holonomic
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.programs.nearest_velocity import nearest_velocity
-from safefilter.scene import PLANE, Scene
+from safefilter.scene import Scene
+from safefilter.scene_arrays import PLANE
 from safefilter.take_answer import take_answer
 from safefilter.threads import over_ranges
 
 _name_columns = source_of(outcome_of)
+# Rules are kept for every number of robots up to this one, and besides them for one larger number at a time.
+LARGE = 100
 
 
 class RobotDecisions:
@@ -89,7 +83,6 @@ class RobotDecisions:
             None if fallback is None else (finite_array(fallback, "fallback", (self._dimension,)))
         )
         self._bias = math.cos(right_bias), math.sin(right_bias)
-        self._limits: Limits | None = None
         self._set_constraints(constraints)
 
     def _set_constraints(self, constraints: tuple[Constraint, ...]) -> None:
@@ -104,7 +97,7 @@ class RobotDecisions:
                 f"{StaticObstacles.name}: robots in space have no walls; drop it, and write rows for what is around "
                 "them as a Constraint of your own"
             )
-        self._rows_each, self._lateness = 1, 0.0
+        rows_each, lateness = 1, 0.0
         for number, constraint in enumerate(self.constraints, start=1):
             if isinstance(constraint, PriorityORCA) and not orca.is_used:
                 orca = constraint.settings(number, self.kinematics.tracking_error)
@@ -114,8 +107,8 @@ class RobotDecisions:
                 separation = constraint.settings(
                     number, len(self.constraints) + 1, self.kinematics.omega_max
                 )
-                self._rows_each = constraint.rows_each
-                self._lateness = constraint.uncertainty.lateness
+                rows_each = constraint.rows_each
+                lateness = constraint.uncertainty.lateness
             elif isinstance(constraint, StaticObstacles) and not static.is_used:
                 static = constraint.settings(number)
             else:
@@ -127,8 +120,19 @@ class RobotDecisions:
             self.kinematics.top_speed * separation.gain,
         )
         orca = orca._replace(tracking_error=orca.tracking_error + off)
-        self._settings = Settings(orca, separation, static, self._tolerance, *self._bias)
-        self._settings_parts = plain(self._settings)
+        # Arcs are judged for as long as they may go on.
+        drive = self.kinematics.drive
+        self._settings = Settings(
+            orca,
+            separation,
+            static,
+            drive._replace(dt=drive.dt + lateness),
+            self._tolerance,
+            *self._bias,
+            self.kinematics.inner_radius,
+            rows_each,
+        )
+        self._rules: dict[int, Rules] = {}
 
     def with_constraints(self, constraints: tuple[Constraint, ...]) -> RobotDecisions:
         """Obey these constraints, and share the rest."""
@@ -148,26 +152,22 @@ class RobotDecisions:
     ) -> Decision:
         """Decide what executes."""
         start = perf_counter()
-        given = number_array(action, "action", self._expected)
-        problem = self._problem(scene, given, index)
-        results = empty_results(len(problem.index), self._dimension)
-        work = partial(
-            self._kernels.decide_range, plain_problem(problem), self._settings_parts, results
-        )
-        over_ranges(work, len(problem.index))
+        handed = self._handed(scene, number_array(action, "action", self._expected), index)
+        results = empty_results(len(handed.index), self._dimension)
+        over_ranges(self._kernels.decide_range, len(handed.index), handed[:], results)
         built = 0.0
         if self._solvers is not None:
-            built = self._ask(self._solvers, problem, results)
+            built = self._ask(self._solvers, handed, results)
         # As bytes: searching an array takes 4 us.
         if Fault.EMPTY_HARD_SET in results["fault"].tobytes():
-            self._fall_back(problem, results)
+            self._fall_back(handed, results)
         elapsed = perf_counter() - start
         executed = results["action"]
         return Decision.of_columns(
             results.__getitem__,
-            action=executed.astype(np.float32) if problem.is_single else executed,
-            wanted=problem.wanted,
-            index=problem.index,
+            action=executed.astype(np.float32) if handed.is_single else executed,
+            wanted=handed.wanted,
+            index=handed.index,
             backend=self._backend,
             build_time=built,
             solve_time=elapsed - built,
@@ -178,7 +178,7 @@ class RobotDecisions:
     ) -> HalfSpaces:
         """Show the rows."""
         rows, _, _ = self._rows(
-            self._problem(scene, number_array(action, "action", self._expected), index)
+            self._handed(scene, number_array(action, "action", self._expected), index)
         )
         return rows
 
@@ -189,24 +189,21 @@ class RobotDecisions:
         require_decision(decision, self._dimension)
         require_flag(exact, "exact")
         given = number_array(action, "action", self._expected)
-        problem = self._problem(scene, given, decision.index)._replace(
+        handed = self._handed(scene, given, decision.index)._replace(
             is_single=decision.action.dtype == np.float32
         )
-        is_lost = ~np.isfinite(problem.wanted).all(axis=1)
-        problem.wanted[is_lost] = 0.0
-        if problem.drive.is_used:
-            problem.drive.command[is_lost] = 0.0
-        rows, array, sections = self._rows(problem)
+        wanted = handed.wanted
+        handed.asked[~np.isfinite(wanted).all(axis=1)] = 0.0
+        rows, array, sections = self._rows(handed)
         results = empty_results(len(decision), self._dimension)
         again = _name_columns(results)
         again.velocity[:] = decision.velocity
         again.case[:] = decision.case
-        self._kernels.finish_batch(problem, self._settings, results, array, sections)
-        targets = self.biased(problem.wanted)
-        limit = problem.limits.speed_limit[problem.index]
+        self._kernels.finish_batch(handed[:], results, array, sections)
+        targets, limit = self.biased(wanted), handed.speed_limit
         certificates = []
         for k in range(len(decision)):
-            target = problem.wanted if decision.case[k] == Case.SAFE else targets
+            target = wanted if decision.case[k] == Case.SAFE else targets
             if not again.certified[k]:
                 certificate = refused("the hard rows do not hold on what executes", exact=exact)
             elif (again.action[k] != decision.action[k]).any():
@@ -234,12 +231,12 @@ class RobotDecisions:
         turned[:, 0], turned[:, 1] = cosine * x + sine * y, cosine * y - sine * x
         return turned
 
-    def _problem(
+    def _handed(
         self,
         scene: Scene,
         action: npt.NDArray[np.generic],
         index: Sequence[int] | IntArray | None,
-    ) -> Problem:
+    ) -> Handed:
         if not isinstance(scene, Scene):
             raise InvalidInput(
                 f"scene: expected a Scene, got {type(scene).__name__}; states of your own go with a Box of actions"
@@ -255,50 +252,38 @@ class RobotDecisions:
                 f"action: expected numbers of shape ({len(robots)}, {self._dimension}), one row a robot decided for, "
                 f"got {action.dtype} of shape {action.shape}"
             )
-        command = np.array(action, dtype=np.float64, order="C")
-        drive = self.kinematics.drive(scene, command)
-        if self._lateness > 0.0 and drive.is_used:
-            # Arcs are judged for as long as they may go on.
-            drive = drive._replace(dt=drive.dt + self._lateness)
-        wanted = command
+        asked = np.array(action, dtype=np.float64, order="C")
+        drive = self._settings.drive
         if drive.is_used:
-            wanted = wanted_velocities(command, drive.heading, robots, drive.dt)
+            asked = with_wanted_velocities(asked, require_headings(scene), robots, drive.dt)
         for orca in self._orcas:
             orca.require(scene)
-        limits = self._limits_of(scene)
-        self._check_reach(scene, limits.speed_limit)
-        user = user_rows(self._own, scene, wanted, robots)
-        neighbours, walls = scene.most_neighbours, scene.most_walls
-        hard = self._rows_each * (neighbours + walls)
-        capacity = limits.sides.shape[1] + hard + neighbours + walls + user.array.shape[2]
+        rules = self._rules_for(scene)
+        if not math.isinf(scene.reach):
+            self._require_reach(scene, rules.limits.speed_limit)
+        user = NO_USER_ROWS
+        if self._own:
+            user = user_rows(self._own, scene, asked[:, : self._dimension], robots)
         # By position: by name it takes a third of a microsecond more, and a single decision is short.
-        return Problem(
-            SceneArrays.of(scene),
-            robots,
-            wanted,
-            limits,
-            drive,
-            user,
-            capacity,
-            neighbours,
-            action.dtype == np.float32,
-        )
+        return Handed(scene.parts, robots, asked, user, rules.array, action.dtype == np.float32)
 
-    def _limits_of(self, scene: Scene) -> Limits:
-        """Allowed velocities: a matter of the number of robots alone, and a single decision is short: so kept."""
-        limits = self._limits
-        if limits is None or len(limits.v_max) != scene.num_robots:
-            limits = self._limits = Limits(
-                self.kinematics.v_max(scene),
-                self.kinematics.speed_limit(scene),
-                self.kinematics.sides,
-                self.kinematics.inner_radius,
+    def _rules_for(self, scene: Scene) -> Rules:
+        """Rules for as many robots: a matter of their number alone, and a single decision is short: so kept."""
+        num_robots = len(scene.state)
+        rules = self._rules.get(num_robots)
+        if rules is None:
+            kinematics = self.kinematics
+            limits = Limits(
+                kinematics.v_max(scene), kinematics.speed_limit(scene), kinematics.sides
             )
-        return limits
+            rules = Rules.of(self._settings, limits)
+            # A robot meets now more, now fewer; crowds come in few sizes, and their rules are long.
+            if num_robots > LARGE or len(self._rules) > LARGE:
+                self._rules.clear()
+            self._rules[num_robots] = rules
+        return rules
 
-    def _check_reach(self, scene: Scene, speed_limit: FloatArray) -> None:
-        if math.isinf(scene.reach):
-            return
+    def _require_reach(self, scene: Scene, speed_limit: FloatArray) -> None:
         for constraint in self.constraints:
             if isinstance(constraint, Separation):
                 needed = constraint.required_reach(scene, speed_limit, self.kinematics.omega_max)
@@ -308,42 +293,41 @@ class RobotDecisions:
                         f"{scene.reach:.4g} m; pass a larger reach= to Scene.from_world"
                     )
 
-    def _rows(self, problem: Problem) -> tuple[HalfSpaces, FloatArray, IntArray]:
-        array, label, sections = self._kernels.collect_rows(problem, self._settings)
+    def _rows(self, handed: Handed) -> tuple[HalfSpaces, FloatArray, IntArray]:
+        array, label, sections = self._kernels.collect_rows(handed[:])
         rows = half_spaces_from_rows(array, label, sections[:, 4], sections[:, 3], self.sources)
         return rows, array, sections
 
-    def _ask(self, solvers: Solvers, problem: Problem, results: Results) -> float:
+    def _ask(self, solvers: Solvers, handed: Handed, results: Results) -> float:
         """Replace the built-in answers by the backend's where those are verified; returns the time spent building."""
         start = perf_counter()
         outcome = _name_columns(results)
         open_decisions = np.flatnonzero((outcome.case != Case.SAFE) & (outcome.fault == Fault.NONE))
         if len(open_decisions) == 0:
             return 0.0
-        rows, array, sections = self._rows(problem)
-        targets = self.biased(problem.wanted)
-        limit = problem.limits.speed_limit[problem.index]
+        rows, array, sections = self._rows(handed)
+        targets, limit = self.biased(handed.wanted), handed.speed_limit
         built = perf_counter() - start
         solvers.start()
         for k in open_decisions:
             answer = ask_backend(solvers, rows, int(k), targets[k], float(limit[k]))
             built += answer.build_time
             take_answer(outcome, int(k), rows, answer, self._tolerance)
-        self._kernels.finish_batch(problem, self._settings, results, array, sections)
+        self._kernels.finish_batch(handed[:], results, array, sections)
         return built
 
-    def _fall_back(self, problem: Problem, results: Results) -> None:
+    def _fall_back(self, handed: Handed, results: Results) -> None:
         outcome = _name_columns(results)
         empty = np.flatnonzero(outcome.fault == Fault.EMPTY_HARD_SET)
         if self._fallback is None:
             names = ", ".join(constraint.name for constraint in self._own.values())
             raise EmptyHardSet(
-                f"robots {problem.index[empty].tolist()}: no velocity satisfies all hard rows; those of "
+                f"robots {handed.index[empty].tolist()}: no velocity satisfies all hard rows; those of "
                 f"{names} leave nothing: relax them, make them soft (hard=False), or pass fallback="
             )
         outcome.velocity[empty] = self._fallback
-        _, array, sections = self._rows(problem)
-        self._kernels.finish_batch(problem, self._settings, results, array, sections)
+        _, array, sections = self._rows(handed)
+        self._kernels.finish_batch(handed[:], results, array, sections)
 
 
 def _require_one_step(separation: Separation, kinematics: Holonomic) -> None:

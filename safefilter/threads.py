@@ -12,6 +12,7 @@ import os
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
+from functools import partial
 from time import perf_counter
 
 import numba
@@ -32,24 +33,24 @@ if hasattr(os, "register_at_fork"):  # not on Windows, which does not fork
     os.register_at_fork(after_in_child=_pools.clear)
 
 
-def over_ranges(work: Callable[[int, int], object], num_items: int) -> None:
-    """Call ``work(first, last)`` for ranges that cover ``num_items``, in parallel where that pays.
+def over_ranges(work: Callable[..., object], num_items: int, *given: object) -> None:
+    """Call ``work(*given, first, last)`` for ranges that cover ``num_items``, in parallel where that pays.
 
     What ``work`` raises is raised here, once no range is being worked on any more; ranges not begun are left out then.
     """
     # Asking numba takes a microsecond: not for a batch too small.
     num_threads = numba.get_num_threads() if num_items >= MIN_ITEMS else 1
     if num_threads == 1:
-        work(0, num_items)
+        work(*given, 0, num_items)
         return
     done = max(1, int(FIRST_PART * num_items))
     start = perf_counter()
-    work(0, done)
+    work(*given, 0, done)
     rest = (perf_counter() - start) * (num_items - done) / done
     if rest < WORTH_SHARING:
-        work(done, num_items)
+        work(*given, done, num_items)
         return
-    _share(work, done, num_items, num_threads)
+    _share(partial(work, *given), done, num_items, num_threads)
 
 
 def _share(work: Callable[[int, int], object], done: int, num_items: int, num_threads: int) -> None:

@@ -5,6 +5,8 @@ Letters: N robots, d dimensions.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from safefilter.arrays import FloatArray, finite_array, require_positive
@@ -18,24 +20,29 @@ MIN_PRIORITY = 1e-150
 MAX_COORDINATE = 1e100
 
 
-def require_usable(state: FloatArray) -> None:
+def require_usable(state: FloatArray, heading: FloatArray) -> None:
     """Check all numbers of a scene.
 
     Args:
         state: In the form of `Scene.state`, shape (N, 3 d + 2).
+        heading: Shape (N,), or empty where robots have none.
 
     Raises:
         NotFinite: If one is NaN or infinite; names field and robot.
         OutOfRange: If a radius or a priority is not above zero, or a value is too large or too small.
     """
     # One look at everything; only where something is wrong it is found out what.
-    if not _is_usable(state):
+    if not _is_usable(state, heading):
         _refuse(state)
+        finite_array(heading, "heading", heading.shape)
 
 
 @kernel
-def _is_usable(state: FloatArray) -> bool:
+def _is_usable(state: FloatArray, heading: FloatArray) -> bool:
     """Is every number finite and within its bounds? A kernel: numpy takes 5 us for a few robots."""
+    for angle in heading:
+        if not math.isfinite(angle):
+            return False
     columns = state.shape[1]
     radius, priority = columns - 2, columns - 1
     for i in range(len(state)):

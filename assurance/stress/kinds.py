@@ -23,7 +23,7 @@ from safefilter.backends.registry import (
     is_registered,
     register_backend,
 )
-from safefilter.scene import PLANE, SPACE
+from safefilter.scene_arrays import PLANE, SPACE
 from safefilter.testing.campaign import POLICIES, setting_of
 from safefilter.testing.crowds import random_crowd
 from safefilter.testing.faults import FAULTS, FAULTS_IN_A_PROCESS

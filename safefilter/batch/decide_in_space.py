@@ -12,6 +12,7 @@ import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.batch.decide import CUT_ROUNDINGS
+from safefilter.batch.handed import Problem, named
 from safefilter.batch.program import ACTION_NOT_FINITE, NO_FAULT, SAFE
 from safefilter.batch.program_in_space import (
     SolverRoom,
@@ -19,15 +20,7 @@ from safefilter.batch.program_in_space import (
     solve_in_space,
     write_proofs,
 )
-from safefilter.batch.records import (
-    Outcome,
-    Problem,
-    Results,
-    Settings,
-    outcome_of,
-    problem_of,
-    settings_of,
-)
+from safefilter.batch.records import Outcome, Results, outcome_of
 from safefilter.batch.rows_in_space import (
     RowRoom,
     hold_in_space,
@@ -35,6 +28,7 @@ from safefilter.batch.rows_in_space import (
     make_rows_in_space,
     soft_violation_in_space,
 )
+from safefilter.batch.settings import Settings
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
 from safefilter.jit import array_formula, formula, kernel
 from safefilter.kinematics.last_word import SINGLE_ULP
@@ -71,7 +65,7 @@ def decide_one_in_space(
     problem: Problem, settings: Settings, out: Outcome, k: int, rows: RowLabels, room: DecisionRoom
 ) -> None:
     """Alg. 2 for decision k."""
-    i, wanted, tolerance = problem.index[k], problem.wanted[k], settings.tolerance
+    i, wanted, tolerance = problem.index[k], problem.asked[k], settings.tolerance
     out.fault[k] = NO_FAULT
     if not is_finite(wanted):
         out.fault[k] = ACTION_NOT_FINITE
@@ -96,7 +90,7 @@ def decide_one_in_space(
         # To the right as seen from above: about the last axis, as aircraft do.
         target[0] = settings.bias_cos * wanted[0] + settings.bias_sin * wanted[1]
         target[1] = settings.bias_cos * wanted[1] - settings.bias_sin * wanted[0]
-        inner_radius = problem.limits.inner_radius * problem.limits.v_max[i]
+        inner_radius = settings.inner_radius * problem.limits.v_max[i]
         solve_in_space(out, k, rows, room.solver, sections, inner_radius, limit, target, tolerance)
     finish_in_space(problem, settings, out, k, rows.array, sections, room.action)
 
@@ -122,7 +116,7 @@ def finish_in_space(
     for c in range(len(action)):
         out.action[k, c] = action[c]
         moved = max(moved, abs(action[c] - out.velocity[k, c]))
-        change = action[c] - problem.wanted[k, c]
+        change = action[c] - problem.asked[k, c]
         changed += change * change
     out.capped[k] = moved > CUT_ROUNDINGS * rounding
     out.correction[k] = math.sqrt(changed)
@@ -132,30 +126,26 @@ def finish_in_space(
 
 
 @kernel
-def decide_range_in_space(
-    problem_parts: tuple[Any, ...],
-    settings_parts: tuple[Any, ...],
-    results: Results,
-    first: int,
-    last: int,
-) -> None:
+def decide_range_in_space(handed: tuple[Any, ...], results: Results, first: int, last: int) -> None:
     """Decide [first, last) of a batch; arguments as of `batch.decide.decide_range`."""
-    problem, settings = problem_of(problem_parts), settings_of(settings_parts)
+    problem, settings = named(handed)
     out = outcome_of(results)
-    size = problem.wanted.shape[1]
+    size = problem.asked.shape[1]
     buffers = row_buffers(1, problem.capacity, size)
     rows = RowLabels(buffers.array[0], buffers.label[0])
-    room = make_decision_room(problem.num_neighbours, size, problem.capacity)
+    room = make_decision_room(problem.scene.most_neighbours, size, problem.capacity)
     for k in range(first, last):
         decide_one_in_space(problem, settings, out, k, rows, room)
 
 
 @kernel
 def finish_batch_in_space(
-    problem: Problem, settings: Settings, results: Results, array: FloatArray, sections: IntArray
+    handed: tuple[Any, ...], results: Results, array: FloatArray, sections: IntArray
 ) -> None:
     """The last word and check for velocities from elsewhere, with the rows of `collect_rows_in_space`."""
-    out, action = outcome_of(results), np.zeros(problem.wanted.shape[1])
+    problem, settings = named(handed)
+    out = outcome_of(results)
+    action = np.zeros(problem.asked.shape[1])
     for k in range(len(problem.index)):
         own = Sections(
             sections[k, 0], sections[k, 1], sections[k, 2], sections[k, 3], sections[k, 4]

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.batch.decide import decide_range, finish_batch
 from safefilter.batch.decide_in_space import decide_range_in_space, finish_batch_in_space
-from safefilter.batch.records import Problem, Results, Settings
+from safefilter.batch.records import Results
 from safefilter.batch.rows import collect_rows
 from safefilter.batch.rows_in_space import collect_rows_in_space
-from safefilter.scene import PLANE, SPACE
+from safefilter.scene_arrays import PLANE, SPACE
 
 
 class Kernels(NamedTuple):
@@ -23,9 +23,9 @@ class Kernels(NamedTuple):
         collect_rows: All rows of a batch.
     """
 
-    decide_range: Callable[[tuple[Any, ...], tuple[Any, ...], Results, int, int], None]
-    finish_batch: Callable[[Problem, Settings, Results, FloatArray, IntArray], None]
-    collect_rows: Callable[[Problem, Settings], tuple[FloatArray, IntArray, IntArray]]
+    decide_range: Callable[[tuple[Any, ...], Results, int, int], None]
+    finish_batch: Callable[[tuple[Any, ...], Results, FloatArray, IntArray], None]
+    collect_rows: Callable[[tuple[Any, ...]], tuple[FloatArray, IntArray, IntArray]]
 
 
 KERNELS = {

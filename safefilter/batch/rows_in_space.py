@@ -5,18 +5,20 @@ Letters: B decisions, M rows, d dimensions. m/s.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.batch.records import Problem, Settings
+from safefilter.batch.handed import Problem, named
 from safefilter.batch.rows import NUM_SECTIONS, copy_rows
+from safefilter.batch.settings import Settings
 from safefilter.constraints.encounter_plane import Meeting, make_meeting
 from safefilter.constraints.orca_in_space import add_orca_rows_in_space
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
 from safefilter.constraints.separation_in_space import add_separation_rows_in_space
 from safefilter.constraints.urgency import room_to_choose
+from safefilter.constraints.user_rows import BUDGET, HARD, SOFT
 from safefilter.jit import array_formula, formula, kernel
 from safefilter.vectors import along
 
@@ -68,21 +70,21 @@ def make_rows_in_space(
     num_separated = add_separation_rows_in_space(
         rows, num_sides, problem.scene, settings.separation, limits.speed_limit, i, room.meeting
     )
-    num_budgets = copy_rows(user, k, 0, rows, num_separated)
-    num_hard = copy_rows(user, k, 1, rows, num_budgets)
+    num_budgets = copy_rows(user, k, BUDGET, rows, num_separated)
+    num_hard = copy_rows(user, k, HARD, rows, num_budgets)
     count = add_orca_rows_in_space(
         rows,
         num_hard,
         problem.scene,
         settings.orca,
         i,
-        problem.wanted[k],
+        problem.asked[k],
         room.chosen,
         room.keys,
         room.meeting,
     )
     return Sections(
-        num_sides, num_separated, num_budgets, num_hard, copy_rows(user, k, 2, rows, count)
+        num_sides, num_separated, num_budgets, num_hard, copy_rows(user, k, SOFT, rows, count)
     )
 
 
@@ -107,14 +109,13 @@ def soft_violation_in_space(rows: FloatArray, sections: Sections, velocity: Floa
 
 
 @kernel
-def collect_rows_in_space(
-    problem: Problem, settings: Settings
-) -> tuple[FloatArray, IntArray, IntArray]:
+def collect_rows_in_space(handed: tuple[Any, ...]) -> tuple[FloatArray, IntArray, IntArray]:
     """All rows of a batch: (array (B, d + 1, M), label (B, 2, M), sections (B, 5))."""
-    num_decisions, size = problem.wanted.shape
+    problem, settings = named(handed)
+    num_decisions, size = problem.asked.shape
     rows = row_buffers(num_decisions, problem.capacity, size)
     sections = np.zeros((num_decisions, NUM_SECTIONS), dtype=np.int64)
-    room = make_row_room(problem.num_neighbours, size)
+    room = make_row_room(problem.scene.most_neighbours, size)
     for k in range(num_decisions):
         own = make_rows_in_space(
             problem, settings, k, RowLabels(rows.array[k], rows.label[k]), room

@@ -17,7 +17,6 @@ from safefilter.arrays import FloatArray, IntArray
 from safefilter.constraints.encounter_plane import Meeting, find_plane, make_meeting
 from safefilter.constraints.responsibility import row_offset, share_of_change
 from safefilter.constraints.row_buffers import RowLabels, row_buffers
-from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.urgency import (
     keep_most_urgent,
     room_to_choose,
@@ -28,6 +27,7 @@ from safefilter.constraints.v_opt import OWN, SHARED
 from safefilter.constraints.velocity_obstacle import nearest_boundary
 from safefilter.jit import formula, kernel
 from safefilter.scene import columns_of
+from safefilter.scene_arrays import SceneArrays
 
 if TYPE_CHECKING:
     from safefilter.constraints.priority_orca import OrcaSettings

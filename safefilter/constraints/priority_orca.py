@@ -24,7 +24,6 @@ from safefilter.arrays import FloatArray, IntArray, positive_number
 from safefilter.constraints.orca_in_space import orca_rows_in_space
 from safefilter.constraints.responsibility import row_offset, share_of_change
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
-from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.urgency import (
     keep_most_urgent,
     room_to_choose,
@@ -36,7 +35,8 @@ from safefilter.constraints.velocity_obstacle import encounter, norm_boundary
 from safefilter.errors import InvalidInput
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
-from safefilter.scene import PLANE, PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y
+from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y
+from safefilter.scene_arrays import PLANE, SceneArrays
 
 VOpt = Literal["current", "shared", "own"]
 SlackRule = Literal["dual", "paper"]
@@ -44,6 +44,10 @@ Leg = Literal["nearest", "norm"]
 NeighbourOrder = Literal["time_to_collision", "distance"]
 
 PAPER_TIME_STEP = 0.2
+
+
+# Neighbours: no list is longer, and it is exact as a floating-point number.
+UNLIMITED = 2**53
 
 
 class OrcaSettings(NamedTuple):
@@ -210,11 +214,9 @@ class PriorityORCA:
             ("order", order, get_args(NeighbourOrder)),
         ):
             require_option(value, field, options)
-        most = (
-            np.iinfo(np.int64).max
-            if max_neighbours is None
-            else whole_number(max_neighbours, "max_neighbours", 0)
-        )
+        most = UNLIMITED
+        if max_neighbours is not None:
+            most = min(most, whole_number(max_neighbours, "max_neighbours", 0))
         self.needs_wanted = v_opt == "shared"
         self._settings = OrcaSettings(
             is_used=True,
@@ -259,7 +261,7 @@ class PriorityORCA:
         self.require(scene)
         capacity = scene.most_neighbours
         make = _orca_rows if scene.dimension == PLANE else orca_rows_in_space
-        array, label, count = make(SceneArrays.of(scene), self.settings(0), index, action, capacity)
+        array, label, count = make(scene.arrays, self.settings(0), index, action, capacity)
         return half_spaces_from_rows(array, label, count, np.zeros_like(count), (self.name,))
 
 

@@ -53,14 +53,14 @@ from safefilter.constraints.row_buffers import (
     label_rows,
     row_buffers,
 )
-from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation_in_space import separation_rows_in_space
 from safefilter.constraints.velocity_obstacle import VANISHING
 from safefilter.constraints.walls import add_wall_rows
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import formula, kernel
-from safefilter.scene import PLANE, PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y, columns_of
+from safefilter.scene import PRIORITY, RADIUS, V_X, V_Y, Scene, X, Y, columns_of
+from safefilter.scene_arrays import PLANE, SceneArrays
 from safefilter.uncertainty import EXACT, Uncertainty
 
 # Keeps rounding of positions from turning "touching" into "overlapping".
@@ -336,9 +336,7 @@ class Separation:
         self.require_dimension(scene.dimension)
         capacity = self.rows_each * (scene.most_neighbours + scene.most_walls)
         make = _separation_rows if scene.dimension == PLANE else separation_rows_in_space
-        array, label, count = make(
-            SceneArrays.of(scene), self.settings(0, 1), unlimited, index, capacity
-        )
+        array, label, count = make(scene.arrays, self.settings(0, 1), unlimited, index, capacity)
         return half_spaces_from_rows(array, label, count, count, (self.name, self.wall_name))
 
 

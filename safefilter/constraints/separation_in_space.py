@@ -22,9 +22,9 @@ from safefilter.constraints.budgets import (
 from safefilter.constraints.encounter_plane import Meeting, make_meeting, point_to
 from safefilter.constraints.responsibility import room
 from safefilter.constraints.row_buffers import RowLabels, row_buffers
-from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.jit import formula, kernel
 from safefilter.scene import columns_of
+from safefilter.scene_arrays import SceneArrays
 from safefilter.vectors import length
 
 if TYPE_CHECKING:

@@ -16,13 +16,13 @@ import numpy as np
 from safefilter.arrays import FloatArray, IntArray, positive_number
 from safefilter.constraints.margins import NO_MARGINS
 from safefilter.constraints.row_buffers import RowLabels, half_spaces_from_rows, row_buffers
-from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import SAFETY_MARGIN
 from safefilter.constraints.walls import add_wall_rows
 from safefilter.errors import InvalidInput
 from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import kernel
-from safefilter.scene import PLANE, Scene
+from safefilter.scene import Scene
+from safefilter.scene_arrays import PLANE, SceneArrays
 
 
 class StaticSettings(NamedTuple):
@@ -67,9 +67,7 @@ class StaticObstacles:
         """
         if scene.dimension > PLANE:
             raise InvalidInput(f"{self.name}: robots in space have no walls; drop it")
-        array, label, count = _static_rows(
-            SceneArrays.of(scene), self.settings(0), index, scene.most_walls
-        )
+        array, label, count = _static_rows(scene.arrays, self.settings(0), index, scene.most_walls)
         return half_spaces_from_rows(array, label, count, count, (self.name,))
 
 

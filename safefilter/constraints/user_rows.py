@@ -6,7 +6,6 @@ Letters: B decisions, E rows of the user's a decision, d dimensions.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,33 +16,19 @@ from safefilter.errors import ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.scene import Scene
 
-
-class UserRows(NamedTuple):
-    """Rows of the user's own constraints: budgets first, then other hard rows, then soft ones.
-
-    A hard row that permits standing still (offset <= 0) is a budget: like those of `Separation`, the last word keeps it
-    exactly, after the cast.
-
-    Attributes:
-        array: Shape (B, d + 1, E): the normal, and last the offset.
-        label: Shape (B, 2, E): number of the source, and what the row is against.
-        count: Shape (B, 3): number of budgets, of hard rows, and of all rows.
-    """
-
-    array: FloatArray
-    label: IntArray
-    count: IntArray  # type: ignore[assignment]  # hides tuple.count, which nobody calls
-
+# Kinds of rows. A hard row that permits standing still (offset <= 0) is a budget: like those of `Separation`, the last
+# word keeps it exactly, after the cast.
+BUDGET, HARD, SOFT, ABSENT = range(4)
+# What is told of a row beside its normal and offset: its kind, the number of its source, and what it is against.
+NUM_MARKS = 3
 
 # Whatever the batch: where there is room for no row, kernels look at no decision.
-NO_USER_ROWS = UserRows(
-    np.empty((0, 3, 0)), np.empty((0, 2, 0), dtype=np.int64), np.empty((0, 3), dtype=np.int64)
-)
+NO_USER_ROWS = np.empty((0, NUM_MARKS, 0))
 
 
 def user_rows(
     constraints: Mapping[int, Constraint], scene: Scene, wanted: FloatArray, index: IntArray
-) -> UserRows:
+) -> FloatArray:
     """Ask constraints for their rows.
 
     Args:
@@ -53,15 +38,14 @@ def user_rows(
         index: Robots, shape (B,).
 
     Returns:
-        The rows, or `NO_USER_ROWS` without a constraint.
+        The rows of all constraints, shape (B, d + 4, E): normal, offset, kind, number of the source, and what the row
+        is against, exact up to 2^53. In one array, because each that a kernel is handed costs.
 
     Raises:
         InvalidInput: If a constraint makes something else.
         ShapeError: If it makes rows for another number of decisions or dimensions.
     """
     batch = len(index)
-    if not constraints:
-        return NO_USER_ROWS
     parts = []
     for number, constraint in constraints.items():
         part = constraint.half_spaces(scene, wanted.copy(), index.copy())
@@ -75,20 +59,14 @@ def user_rows(
     return _packed(parts)
 
 
-def _packed(parts: list[tuple[int, HalfSpaces]]) -> UserRows:
+def _packed(parts: list[tuple[int, HalfSpaces]]) -> FloatArray:
     # Stacking checks all rows again: not for a single part.
     rows = parts[0][1] if len(parts) == 1 else HalfSpaces.stacked([part for _, part in parts])
     source = np.concatenate(
         [np.full((part.num_decisions, part.num_rows), number) for number, part in parts], axis=1
     )
-    hard = rows.present & rows.hard
-    budget = hard & (rows.offsets <= 0.0)
-    kind = np.where(budget, 0, np.where(hard, 1, np.where(rows.present, 2, 3)))
-    order = np.argsort(kind, axis=1, kind="stable")
-    array = np.concatenate([rows.normals.transpose(0, 2, 1), rows.offsets[:, None]], axis=1)
-    label = np.stack([source, rows.labels[:, :, 1]], axis=1)
-    return UserRows(
-        np.take_along_axis(array, order[:, None], axis=2),
-        np.take_along_axis(label, order[:, None], axis=2),
-        np.stack([part.sum(axis=1) for part in (budget, hard, rows.present)], axis=1),
-    )
+    is_hard, is_budget = rows.hard, rows.hard & (rows.offsets <= 0.0)
+    present = np.where(is_budget, BUDGET, np.where(is_hard, HARD, SOFT))
+    kind = np.where(rows.present, present, ABSENT)
+    told = np.stack([rows.offsets, kind, source, rows.labels[:, :, 1]], axis=1)
+    return np.concatenate([rows.normals.transpose(0, 2, 1), told], axis=1)

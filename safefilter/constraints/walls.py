@@ -13,9 +13,9 @@ import math
 
 from safefilter.constraints.margins import add_fence, wall_tilt
 from safefilter.constraints.row_buffers import RowLabels, label_rows
-from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.jit import formula
 from safefilter.scene import RADIUS, X, Y
+from safefilter.scene_arrays import SceneArrays
 
 
 @formula

@@ -107,27 +107,25 @@ class DifferentialDrive(Holonomic):
             angle, float(self._v_max[0]), self.omega_max, self.turn_time, self.tracking_error
         )
 
-    def drive(self, scene: Scene, command: FloatArray) -> Drive:
-        """What kernels need to know of how velocities become commands.
-
-        Args:
-            scene: A scene with headings.
-            command: (v, w) that the policies ask for, shape (B, 2).
-
-        Raises:
-            InvalidInput: If the scene has no headings.
-        """
-        if scene.heading is None:
-            raise InvalidInput(
-                "a differential drive needs headings: pass heading= to Scene.from_world"
-            )
+    @property
+    def drive(self) -> Drive:
+        """What kernels need to know of how velocities become commands."""
         return Drive(
             is_used=True,
-            heading=scene.heading,
-            command=command,
             omega_max=self.omega_max,
             dt=self.dt,
             turn_time=self.turn_time,
             tracking_error=self.tracking_error,
             has_polygon=self.mapping == "polygon",
         )
+
+
+def require_headings(scene: Scene) -> FloatArray:
+    """Headings of the robots of a scene, shape (N,), in rad.
+
+    Raises:
+        InvalidInput: If it has none.
+    """
+    if scene.heading is None:
+        raise InvalidInput("a differential drive needs headings: pass heading= to Scene.from_world")
+    return scene.heading

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from safefilter.arrays import FloatArray, IntArray, frozen
+from safefilter.arrays import FloatArray, IntArray
 from safefilter.jit import kernel
 from safefilter.kinematics.arc import chord_velocity
 
@@ -18,9 +18,7 @@ class Drive(NamedTuple):
     """How velocities become commands (v, w).
 
     Attributes:
-        is_used: False for holonomic robots: then the rest is empty.
-        heading: Of each robot, shape (N,), in rad.
-        command: (v, w) that the policy asks for, shape (B, 2).
+        is_used: False for holonomic robots: then the rest means nothing.
         omega_max: Largest turn rate, in rad/s.
         dt: Duration of the step, in s.
         turn_time: T, in s.
@@ -29,8 +27,6 @@ class Drive(NamedTuple):
     """
 
     is_used: bool
-    heading: FloatArray
-    command: FloatArray
     omega_max: float
     dt: float
     turn_time: float
@@ -39,22 +35,15 @@ class Drive(NamedTuple):
 
 
 NO_DRIVE = Drive(
-    is_used=False,
-    heading=frozen(np.empty(0)),
-    command=np.empty((0, 2)),
-    omega_max=0.0,
-    dt=1.0,
-    turn_time=1.0,
-    tracking_error=0.0,
-    has_polygon=False,
+    is_used=False, omega_max=0.0, dt=1.0, turn_time=1.0, tracking_error=0.0, has_polygon=False
 )
 
 
 @kernel
-def wanted_velocities(
+def with_wanted_velocities(
     command: FloatArray, heading: FloatArray, index: IntArray, dt: float
 ) -> FloatArray:
-    """Velocities that commands amount to, shape (B, 2): exact displacements of a step, divided by dt.
+    """Velocities that commands amount to, exact displacements of a step divided by dt, and the commands: shape (B, 4).
 
     Args:
         command: (v, w), shape (B, 2).
@@ -62,9 +51,10 @@ def wanted_velocities(
         index: Whose commands they are, shape (B,).
         dt: Duration of the step, in s.
     """
-    wanted = np.empty((len(index), 2))
+    asked = np.empty((len(index), 4))
     for k in range(len(index)):
-        wanted[k, 0], wanted[k, 1] = chord_velocity(
+        asked[k, 0], asked[k, 1] = chord_velocity(
             command[k, 0], command[k, 1], heading[index[k]], dt
         )
-    return wanted
+        asked[k, 2], asked[k, 3] = command[k, 0], command[k, 1]
+    return asked

@@ -118,12 +118,12 @@ def turn_to_freedom(rows: FloatArray, sections: Sections, heading: float, contac
 
 @formula
 def tracking_command(
-    drive: Drive, k: int, heading: float, v_max: float, u_x: float, u_y: float
+    drive: Drive, turn_rate: float, heading: float, v_max: float, u_x: float, u_y: float
 ) -> tuple[float, float]:
-    """Command that tracks a solved velocity; for one that stands still, the policy's turn on the spot."""
+    """Command that tracks a solved velocity; for one that stands still, the policy's turn rate on the spot."""
     speed = math.sqrt(u_x * u_x + u_y * u_y)
     if not speed > STILL_PART * v_max:
-        return 0.0, drive.command[k, 1]
+        return 0.0, turn_rate
     d_x, d_y = math.cos(heading), math.sin(heading)
     angle = math.atan2(d_x * u_y - d_y * u_x, d_x * u_x + d_y * u_y)
     if not drive.has_polygon:
@@ -139,20 +139,21 @@ def wanted_command(
     rows: FloatArray,
     sections: Sections,
     drive: Drive,
-    k: int,
+    asked_speed: float,
+    asked_turn_rate: float,
     heading: float,
     v_max: float,
     u_x: float,
     u_y: float,
 ) -> tuple[float, float]:
-    """Command that goes for a solved velocity, before the last word.
+    """Command that goes for a solved velocity, before the last word; the policy asked for another.
 
     A robot in contact that would be cut to a standstill turns to where it is free instead: tracking alone would only
     creep towards that heading, and never get past it.
     """
-    speed, turn_rate = tracking_command(drive, k, heading, v_max, u_x, u_y)
+    speed, turn_rate = tracking_command(drive, asked_turn_rate, heading, v_max, u_x, u_y)
     still = STILL_PART * v_max
-    wants_to_move = speed > still or (drive.command[k, 0] > still and speed == 0.0)
+    wants_to_move = speed > still or (asked_speed > still and speed == 0.0)
     if (
         wants_to_move
         and speed_cap(rows, sections, heading, turn_rate, drive.dt) <= CONTACT_PART * v_max

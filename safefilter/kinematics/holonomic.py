@@ -20,7 +20,8 @@ from safefilter.errors import OutOfRange, ShapeError
 from safefilter.jit import formula
 from safefilter.kinematics.drive import NO_DRIVE, Drive
 from safefilter.kinematics.inscribed_polyhedron import NUM_TRIANGLES, inscribed_polyhedron
-from safefilter.scene import PLANE, SPACE, Scene
+from safefilter.scene import Scene
+from safefilter.scene_arrays import PLANE, SPACE
 
 # A speed of exactly v_max may come as a float32 a little above it: this much is let through, and everyone's reach in
 # a step is computed with it.
@@ -148,6 +149,7 @@ class Holonomic:
         """Bound on each robot's executed speed, shape (N,), in m/s: ``v_max`` and the rounding let through."""
         return self.v_max(scene) * (1.0 + SPEED_SLACK)
 
-    def drive(self, scene: Scene, command: FloatArray) -> Drive:  # noqa: ARG002
+    @property
+    def drive(self) -> Drive:
         """What kernels need to know of how velocities become actions: nothing, they are actions."""
         return NO_DRIVE

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arrays import BoolArray, FloatArray, IntArray
-from safefilter.scene import PLANE, Scene
+from safefilter.scene import Scene
+from safefilter.scene_arrays import PLANE
 
 MIN_ROBOTS, MAX_ROBOTS = 2, 50
 RADII = (0.05, 0.5)

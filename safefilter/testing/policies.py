@@ -15,7 +15,8 @@ from typing import Protocol
 import numpy as np
 
 from safefilter.arrays import FloatArray
-from safefilter.scene import PLANE, Scene
+from safefilter.scene import Scene
+from safefilter.scene_arrays import PLANE
 
 # How far beyond their top speed random policies ask to go, as learned policies do.
 OVERSPEED = 1.25

@@ -16,7 +16,7 @@ from policies.drive_campaign import (
     uncut_commands,
 )
 from policies.drive_trials import COMBINATIONS, DriveTrial, Size, drive_trial, drive_trials
-from safefilter import DifferentialDrive, Scene
+from safefilter import DifferentialDrive
 
 SLICE, SHORT = 20_000, 4000
 UNSAFE: list[Way] = ["cap off", "separation off", "filter off"]
@@ -67,10 +67,9 @@ def test_totals_add_up() -> None:
 
 def test_commands_without_the_cap_track_what_was_solved() -> None:
     drives = DifferentialDrive(0.2, 2.5, 0.2, tracking_error=0.02, turn_time=0.2)
-    scene = Scene.from_world(np.zeros((2, 2)), np.zeros((2, 2)), 0.1, heading=[0.0, 0.0])
-    drive = drives.drive(scene, np.array([[0.2, 1.0], [0.2, 1.0]]))
-    solved = np.array([[0.1, 0.0], [0.1, 0.0]])
-    commands = uncut_commands(drive, np.arange(2), np.full(2, 0.2), solved, np.array([True, False]))
+    asked, solved = np.full((2, 2), [0.2, 1.0]), np.full((2, 2), [0.1, 0.0])
+    safe = np.array([True, False])
+    commands = uncut_commands(drives.drive, asked, np.zeros(2), np.full(2, 0.2), solved, safe)
     np.testing.assert_array_equal(commands, [[0.2, 1.0], [0.1, 0.0]])
 
 

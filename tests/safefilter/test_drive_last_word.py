@@ -224,7 +224,7 @@ def test_a_velocity_is_tracked_from_any_heading(angle: float, has_polygon: bool)
     limit = largest_tracked_speed(angle, 0.2, 2.5, 0.3, 0.005)
     for heading, speed in itertools.product(HEADINGS, (0.01, 0.15, 0.9)):
         x, y = speed * math.cos(heading + angle), speed * math.sin(heading + angle)
-        found = tracking_command(drive, 0, heading, 0.2, x, y)
+        found = tracking_command(drive, 0.0, heading, 0.2, x, y)
         # Inside the polygon of what is tracked it is not cut, but for rounding.
         expected = min(speed, 0.2) if has_polygon else min(speed, limit)
         assert found == pytest.approx(command_towards(angle, expected, 2.5, 0.3))
@@ -232,12 +232,11 @@ def test_a_velocity_is_tracked_from_any_heading(angle: float, has_polygon: bool)
 
 @pytest.mark.parametrize("v_max", [0.2, 2.0])
 def test_who_stands_still_turns_as_the_policy_says(v_max: float) -> None:
-    drive = DRIVE._replace(command=np.array([[9.0, 9.0], [0.1, 0.7]]))
     still = 0.9 * STILL_PART * v_max
-    assert tracking_command(drive, 1, 1.0, v_max, -still, 0.0) == (0.0, 0.7)
+    assert tracking_command(DRIVE, 0.7, 1.0, v_max, -still, 0.0) == (0.0, 0.7)
     creeping = 1.1 * STILL_PART * v_max
-    assert tracking_command(drive, 1, 0.0, v_max, creeping, 0.0) == pytest.approx((creeping, 0.0))
-    assert tracking_command(drive, 1, 0.0, v_max, 0.01 * v_max, 0.0) == (0.01 * v_max, 0.0)
+    assert tracking_command(DRIVE, 0.7, 0.0, v_max, creeping, 0.0) == pytest.approx((creeping, 0.0))
+    assert tracking_command(DRIVE, 0.7, 0.0, v_max, 0.01 * v_max, 0.0) == (0.01 * v_max, 0.0)
 
 
 def wanted(
@@ -246,8 +245,7 @@ def wanted(
     command: tuple[float, float] = (0.1, 0.0),
 ) -> tuple[float, float]:
     """What a robot that faces along x goes for; with a v_max of 0.2 m/s contacts are budgets below 0.4 mm."""
-    drive = DRIVE._replace(command=np.array([[9.0, 9.0], command]))
-    return wanted_command(*rows_of(budgets), drive, 1, 0.0, 0.2, *velocity)
+    return wanted_command(*rows_of(budgets), DRIVE, *command, 0.0, 0.2, *velocity)
 
 
 def test_who_is_held_by_a_contact_turns_to_where_it_is_free() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -39,6 +40,8 @@ print(rows.offsets[0, 0])
 """
 FORMULA = "return combined_radius / horizon - w_length"
 CHANGED = "return combined_radius / horizon - w_length + 1.0"
+
+KERNEL = "from safefilter.jit import kernel\n\n@kernel\ndef one() -> int:\n    return 1\n"
 
 
 def plus_one(x: float) -> float:
@@ -111,10 +114,9 @@ def test_the_package_of_a_file_is_the_outermost_one(tmp_path: Path) -> None:
 def test_kernels_of_another_package_are_keyed_by_its_sources_too(tmp_path: Path) -> None:
     (tmp_path / "world").mkdir()
     (tmp_path / "world" / "__init__.py").touch()
-    source = "from safefilter.jit import kernel\n\n@kernel\ndef one() -> int:\n    return 1\n"
     keys = []
     for number in range(2):
-        (tmp_path / "world" / "one.py").write_text(source, encoding="utf-8")
+        (tmp_path / "world" / "one.py").write_text(KERNEL, encoding="utf-8")
         (tmp_path / "world" / "formula.py").write_text(f"# {number}\n", encoding="utf-8")
         source_digest.cache_clear()
         cache: Any = loaded(tmp_path / "world" / "one.py").one._cache
@@ -208,3 +210,30 @@ def test_kernels_work_where_no_folder_can_be_written(monkeypatch: pytest.MonkeyP
     # numba looks for a folder to write to in these places, and raises if there is none.
     monkeypatch.setattr(CompileResultCacheImpl, "_locator_classes", [])
     assert kernel(plus_one)(1.0) == 2.0
+
+
+@compiled_only
+@pytest.mark.parametrize("content", [b"", b"no pickle", pickle.dumps("0.0")[:-3]])
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_a_cache_that_cannot_be_read_is_made_anew(
+    tmp_path: Path, suffix: str, content: bytes
+) -> None:
+    (tmp_path / "one.py").write_text(KERNEL, encoding="utf-8")
+    assert loaded(tmp_path / "one.py").one() == 1
+    (file,) = (tmp_path / "__pycache__").glob(f"*.{suffix}")
+    file.write_bytes(content)
+    # Once to find that out, and once more from the cache that was made then.
+    for hits in (0, 1):
+        again = loaded(tmp_path / "one.py").one
+        assert again() == 1
+        assert sum(again.stats.cache_hits.values()) == hits
+
+
+@compiled_only
+def test_a_cache_of_types_that_have_moved_is_made_anew(tmp_path: Path) -> None:
+    (tmp_path / "one.py").write_text(KERNEL, encoding="utf-8")
+    assert loaded(tmp_path / "one.py").one() == 1
+    (index,) = (tmp_path / "__pycache__").glob("*.nbi")
+    # As an earlier version may have left it: numba reads its own version first, then the rest.
+    index.write_bytes(pickle.dumps(numba.__version__) + b"cnowhere\nMoved\n.")
+    assert loaded(tmp_path / "one.py").one() == 1

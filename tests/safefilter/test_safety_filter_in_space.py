@@ -19,7 +19,7 @@ from safefilter.constraints.priority_orca import SlackRule, VOpt
 from safefilter.decision import Case, Fault
 from safefilter.errors import EmptyHardSet, InvalidInput, ShapeError
 from safefilter.robot_decisions import RobotDecisions
-from safefilter.scene import PLANE, SPACE
+from safefilter.scene_arrays import PLANE, SPACE
 from safefilter.testing.agreement import assert_backends_agree
 from safefilter.testing.invariants import assert_certified
 from safefilter.testing.space_strategies import (

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
+import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,6 +14,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from safefilter.errors import NotFinite
+from safefilter.outlines import OwnWalls
 from safefilter.scene import Scene
 from safefilter.usable_state import MAX_COORDINATE, MAX_PRIORITY, MIN_PRIORITY
 
@@ -140,3 +145,77 @@ def test_unknown_wants_are_taken_from_what_is_seen() -> None:
     made = scene()
     assert not made.has_wanted
     np.testing.assert_array_equal(made.state[:, 4:6], GIVEN["velocity"])
+
+
+def crowd(reach: float = 2.0) -> Scene:
+    rng = np.random.default_rng(0)
+    return Scene.from_world(
+        rng.normal(size=(9, 2)),
+        rng.normal(size=(9, 2)),
+        0.1,
+        heading=rng.normal(size=9),
+        cooperative=rng.random(9) < 0.5,
+        world=rng.integers(0, 2, 9),
+        reach=reach,
+        walls=rng.normal(size=(3, 2, 2)),
+        own_walls=OwnWalls.of(rng.normal(size=(4, 2, 2)), [[0, k % 5] for k in range(9)]),
+    )
+
+
+def test_kernels_are_handed_the_fields() -> None:
+    made = crowd()
+    for name, part in made.arrays._asdict().items():
+        assert part is getattr(made, name)
+    assert tuple(made.arrays) == made.parts
+    assert len(Scene.from_world([[0.0, 0.0]], [[0.0, 0.0]], 0.1).arrays.heading) == 0
+
+
+def test_a_scene_with_another_field_hands_that_to_kernels() -> None:
+    made = crowd()
+    state = made.state + 1.0
+    other = dataclasses.replace(made, state=state)
+    assert other.arrays.state is other.state is state
+    assert other.arrays.walls is made.walls
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda made: pickle.loads(pickle.dumps(made))])
+def test_copies_hand_their_own_fields_to_kernels(copied: Callable[[Scene], Scene]) -> None:
+    other = copied(crowd())
+    for name, part in other.arrays._asdict().items():
+        assert part is getattr(other, name)
+
+
+def test_a_state_laid_out_makes_the_same_scene() -> None:
+    made = crowd()
+    assert made.heading is not None
+    own = OwnWalls(made.walls[3:], made.wall_range - 3, int(np.ptp(made.wall_range, axis=1).max()))
+    state = made.state.copy()
+    other = Scene.of_state(
+        state,
+        heading=made.heading.copy(),
+        cooperative=made.cooperative.copy(),
+        has_wanted=False,
+        world=made.world.copy(),
+        reach=made.reach,
+        known=made.walls[:3],
+        own_walls=own,
+    )
+    for name, part in made.arrays._asdict().items():
+        np.testing.assert_array_equal(getattr(other, name), part)
+    # Taken over, and nobody writes to it any more.
+    assert other.state is state
+    assert not state.flags.writeable
+
+
+@pytest.mark.parametrize("field", ["state", "heading"])
+def test_numbers_of_a_state_laid_out_are_checked(field: str) -> None:
+    given: dict[str, Any] = {"state": np.ones((2, 8)), "heading": np.zeros(2)}
+    given[field][1] = np.nan
+    with pytest.raises(NotFinite, match=r"^(position|heading) of row 1: expected a finite number"):
+        Scene.of_state(
+            **given,
+            cooperative=np.ones(2, dtype=np.bool_),
+            has_wanted=False,
+            world=np.zeros(2, dtype=np.int64),
+            reach=np.inf,
+        )

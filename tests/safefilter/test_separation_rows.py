@@ -10,7 +10,6 @@ import pytest
 
 from safefilter import Uncertainty
 from safefilter.arrays import FloatArray
-from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import Separation, _separation_rows
 from safefilter.errors import InvalidInput
 from safefilter.scene import Scene
@@ -42,7 +41,7 @@ def rows_of(
     """
     settings = Separation(DT, margin).settings(5, 6)._replace(**errors)
     array, label, count = _separation_rows(
-        SceneArrays.of(scene), settings, np.array(limits), np.array([0]), 32
+        scene.arrays, settings, np.array(limits), np.array([0]), 32
     )
     assert label[0, :, : count[0]].T.tolist() == [[5, 1]] * int(count[0])
     return array[0, :, : count[0]]

@@ -17,6 +17,7 @@ from safefilter.usable_state import (
 
 NUM_ROBOTS = 3
 SMALLEST = math.ulp(0.0)
+NO_HEADING = np.empty(0)
 LARGER = math.nextafter(MAX_COORDINATE, math.inf)
 
 
@@ -29,7 +30,7 @@ def test_the_bounds_themselves_can_be_used(
 ) -> None:
     state = np.full((NUM_ROBOTS, 3 * size + 2), coordinate)
     state[:, -2], state[:, -1] = radius, priority
-    require_usable(state)
+    require_usable(state, NO_HEADING)
 
 
 @given(
@@ -48,12 +49,12 @@ def test_one_number_that_cannot_be_used_is_found_and_its_robot_named(
     largest = MAX_PRIORITY if field == "priority" else MAX_COORDINATE
     least = -MAX_COORDINATE if field is None else SMALLEST
     if least <= wrong <= largest:
-        require_usable(state)
+        require_usable(state, NO_HEADING)
         return
     error = OutOfRange if math.isfinite(wrong) else NotFinite
     name = field or ("position", "velocity", "wanted")[place // size]
     with pytest.raises(error, match=rf"{name} of row {robot}: expected"):
-        require_usable(state)
+        require_usable(state, NO_HEADING)
 
 
 @pytest.mark.parametrize(
@@ -63,4 +64,14 @@ def test_priorities_beyond_what_sums_stand_are_refused(priority: float) -> None:
     state = np.ones((NUM_ROBOTS, 8))
     state[1, -1] = priority
     with pytest.raises(OutOfRange, match="priority of row 1: expected 1e-150 to 1e"):
-        require_usable(state)
+        require_usable(state, NO_HEADING)
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("robot", range(NUM_ROBOTS))
+def test_a_heading_that_is_no_number_is_found(robot: int, wrong: float) -> None:
+    state, heading = np.ones((NUM_ROBOTS, 8)), np.full(NUM_ROBOTS, -1e300)
+    require_usable(state, heading)
+    heading[robot] = wrong
+    with pytest.raises(NotFinite, match=rf"^heading of row {robot}: expected a finite number"):
+        require_usable(state, heading)

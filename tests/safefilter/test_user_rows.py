@@ -10,15 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from safefilter.arrays import FloatArray, IntArray
+from safefilter.batch.rows import copy_rows
 from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.linear_constraint import LinearConstraint
-from safefilter.constraints.user_rows import NO_USER_ROWS, user_rows
+from safefilter.constraints.row_buffers import RowLabels
+from safefilter.constraints.user_rows import ABSENT, BUDGET, HARD, NUM_MARKS, SOFT, user_rows
 from safefilter.errors import ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.scene import Scene
 
 SCENE = Scene.from_world(np.zeros((4, 2)), np.zeros((4, 2)), 0.1)
-BUDGET, HARD, SOFT, ABSENT = range(4)
 
 
 @dataclass(frozen=True)
@@ -58,59 +59,48 @@ def kind(rows: HalfSpaces, b: int, m: int) -> int:
 
 def listed(
     constraints: dict[int, Constraint], num_decisions: int
-) -> list[list[tuple[float, float, float, int, int]]]:
-    """Present rows of each decision with their labels, in order."""
+) -> list[dict[int, list[tuple[float, ...]]]]:
+    """Rows of each decision by kind with their labels, as kernels copy them."""
     packed = user_rows(constraints, SCENE, np.zeros((num_decisions, 2)), np.arange(num_decisions))
-    columns = np.concatenate([packed.array, packed.label], axis=1)
-    return [
-        [tuple(columns[b, :, m]) for m in range(packed.count[b, -1])] for b in range(num_decisions)
-    ]
+    assert packed.shape[:2] == (num_decisions, 3 + NUM_MARKS)
+    found: list[dict[int, list[tuple[float, ...]]]] = []
+    for b in range(num_decisions):
+        found.append({})
+        for wanted in (BUDGET, HARD, SOFT):
+            room = packed.shape[2]
+            rows = RowLabels(np.zeros((3, room)), np.zeros((2, room), dtype=np.int64))
+            count = copy_rows(packed, b, wanted, rows, 0)
+            columns = np.concatenate([rows.array, rows.label])[:, :count]
+            found[-1][wanted] = [tuple(column) for column in columns.T]
+    return found
 
 
 sizes = st.tuples(st.integers(0, 4), st.integers(0, 5), st.integers(0, 99))
 
 
 @given(first=sizes, num_rows=st.integers(0, 3))
-def test_every_present_row_comes_once_sorted_by_kind(
+def test_every_present_row_comes_once_under_its_kind(
     first: tuple[int, int, int], num_rows: int
 ) -> None:
     num_decisions, seed = first[0], first[2]
     parts = {3: random_rows(*first), 5: random_rows(num_decisions, num_rows, seed + 1)}
     found = listed({number: Given(rows) for number, rows in parts.items()}, num_decisions)
     for b in range(num_decisions):
-        expected = []
         for wanted in (BUDGET, HARD, SOFT):
-            for number, rows in parts.items():
-                expected += [
-                    (*rows.normals[b, m], rows.offsets[b, m], number, m)
-                    for m in range(rows.num_rows)
-                    if kind(rows, b, m) == wanted
-                ]
-        assert found[b] == expected
-
-
-@given(size=sizes)
-def test_counts_tell_where_each_kind_ends(size: tuple[int, int, int]) -> None:
-    rows = random_rows(*size)
-    packed = user_rows({1: Given(rows)}, SCENE, np.zeros((size[0], 2)), np.arange(size[0]))
-    for b in range(size[0]):
-        kinds = [kind(rows, b, m) for m in range(rows.num_rows)]
-        assert packed.count[b].tolist() == [
-            sum(k <= last for k in kinds) for last in (BUDGET, HARD, SOFT)
-        ]
+            assert found[b][wanted] == [
+                (*rows.normals[b, m], rows.offsets[b, m], number, m)
+                for number, rows in parts.items()
+                for m in range(rows.num_rows)
+                if kind(rows, b, m) == wanted
+            ]
 
 
 def test_a_hard_row_that_permits_standing_still_is_a_budget() -> None:
     rows = LinearConstraint([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]], [0.1, 0.0, -0.1])
     (found,) = listed({2: rows}, 1)
-    assert [row[2] for row in found] == [0.0, -0.1, 0.1]
-
-
-def test_no_constraint_makes_no_rows_whatever_the_batch() -> None:
-    for batch in (1, 2):
-        packed = user_rows({}, SCENE, np.zeros((batch, 2)), np.arange(batch))
-        assert packed is NO_USER_ROWS
-    assert NO_USER_ROWS.array.shape[2] == NO_USER_ROWS.label.shape[2] == 0
+    assert [row[2] for row in found[BUDGET]] == [0.0, -0.1]
+    assert [row[2] for row in found[HARD]] == [0.1]
+    assert not found[SOFT]
 
 
 def test_constraints_are_asked_for_the_robots_of_the_decisions() -> None:

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 import safefilter as sf
 from safefilter.arrays import FloatArray, frozen
-from safefilter.constraints.scene_arrays import SceneArrays
 from safefilter.constraints.separation import _separation_rows
 from safefilter.constraints.walls import across, to_closest_point, wall_budget
 
@@ -46,7 +45,7 @@ def wall_rows(
         gain: At least 1.
     """
     scene = sf.Scene.from_world([[1.0, 2.0]], [[0.0, 0.0]], 0.5)
-    known = SceneArrays.of(scene)._replace(
+    known = scene.arrays._replace(
         walls=frozen(np.array(walls)),
         num_shared_walls=min(num_shared, len(walls)),
         wall_range=frozen(np.array([own])),

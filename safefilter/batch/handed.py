@@ -1,0 +1,120 @@
+"""What the kernels of a batch are handed, and how they name it.
+
+Letters: B decisions, N robots, S sides of the speed polygon, d dimensions. m/s.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from safefilter.arrays import FloatArray, IntArray
+from safefilter.batch.settings import NUM_SETTINGS, Settings, numbers_of, settings_of
+from safefilter.jit import array_formula
+from safefilter.scene_arrays import PLANE, SPACE, SceneArrays
+
+
+class Handed(NamedTuple):
+    """What a batch of decisions depends on, as kernels are handed it.
+
+    In few arrays and numbers: numba takes 65 ns for an array and 10 ns for a number, and a decision is not longer.
+
+    Attributes:
+        scene: `SceneArrays` without their names, which numba tells four times as fast.
+        index: Robots to decide for, shape (B,).
+        asked: Velocities they want, shape (B, d); those of drives and the commands (v, w) themselves, shape (B, 4).
+        user: Rows of the user's; see `user_rows`.
+        rules: The array of `Rules`.
+        is_single: Are actions float32?
+    """
+
+    scene: tuple[Any, ...]
+    index: IntArray  # type: ignore[assignment]  # hides tuple.index, which nobody calls
+    asked: FloatArray
+    user: FloatArray
+    rules: FloatArray
+    is_single: bool
+
+    @property
+    def wanted(self) -> FloatArray:
+        """Velocities they want, shape (B, d), in m/s."""
+        return self.asked[:, :PLANE] if self.asked.shape[1] > SPACE else self.asked
+
+    @property
+    def speed_limit(self) -> FloatArray:
+        """Bounds on their executed speeds, shape (B,), in m/s."""
+        num_robots = len(self.scene[0])
+        return self.rules[len(self.rules) - num_robots :][self.index]
+
+
+class Limits(NamedTuple):
+    """Allowed velocities.
+
+    Attributes:
+        v_max: Shape (N,).
+        speed_limit: Bound on executed speeds, shape (N,).
+        sides: Speed polygon for a disc of radius 1, or polyhedron for a ball, shape (d + 1, S).
+    """
+
+    v_max: FloatArray
+    speed_limit: FloatArray
+    sides: FloatArray
+
+
+class Problem(NamedTuple):
+    """What a batch of decisions depends on, besides the settings: `Handed`, by name.
+
+    Attributes:
+        scene: What the robots know.
+        index: Robots to decide for, shape (B,).
+        asked: As in `Handed`.
+        user: Rows of the user's.
+        limits: Allowed velocities.
+        capacity: Rows at most, for one decision.
+        is_single: Are actions float32?
+    """
+
+    scene: SceneArrays
+    index: IntArray  # type: ignore[assignment]  # hides tuple.index, which nobody calls
+    asked: FloatArray
+    user: FloatArray
+    limits: Limits
+    capacity: int
+    is_single: bool
+
+
+class Rules(NamedTuple):
+    """What a filter tells kernels about so many robots.
+
+    Attributes:
+        array: Numbers of the settings, sides, largest speeds, and bounds on executed ones, one after the other.
+        limits: What is in it of the robots.
+    """
+
+    array: FloatArray
+    limits: Limits
+
+    @classmethod
+    def of(cls, settings: Settings, limits: Limits) -> Rules:
+        """Put them together."""
+        parts = (numbers_of(settings), limits.sides.ravel(), limits.v_max, limits.speed_limit)
+        return cls(np.concatenate(parts), limits)
+
+
+@array_formula
+def named(handed: tuple[Any, ...]) -> tuple[Problem, Settings]:
+    """Give what is handed its names back."""
+    scene_parts, index, asked, user, rules, is_single = handed
+    scene, settings = SceneArrays(*scene_parts), settings_of(rules)
+    num_robots, size = len(scene.state), scene.state.shape[1] // 3
+    speeds = len(rules) - 2 * num_robots
+    num_sides = (speeds - NUM_SETTINGS) // (size + 1)
+    limits = Limits(
+        rules[speeds : speeds + num_robots],
+        rules[speeds + num_robots :],
+        rules[NUM_SETTINGS:speeds].reshape(size + 1, num_sides),
+    )
+    met = scene.most_neighbours + scene.most_walls
+    capacity = num_sides + (settings.rows_each + 1) * met + user.shape[2]
+    return Problem(scene, index, asked, user, limits, capacity, is_single), settings
