@@ -28,7 +28,7 @@ from benchmarks.results import Result, Row
 from benchmarks.timing import Action, interleaved, on_threads
 from safefilter import Holonomic, PriorityORCA, Scene, Separation
 from safefilter.batch.decide import decide_range
-from safefilter.batch.handed import Handed, Limits, Rules
+from safefilter.batch.handed import Handed, Limits, make_rules
 from safefilter.batch.records import LAYOUT
 from safefilter.batch.settings import Settings
 from safefilter.constraints.static_obstacles import NO_STATIC
@@ -137,7 +137,7 @@ def _handed(crowd: Crowd, scene: Scene) -> Handed:
     """What the kernels are given by `crowd_filter`."""
     size, kinematics = len(crowd.position), Holonomic(MAX_SPEED)
     limits = Limits(kinematics.v_max(scene), kinematics.speed_limit(scene), kinematics.sides)
-    rules = Rules.of(_settings(kinematics), limits).array
+    rules = make_rules(_settings(kinematics), limits)
     asked = crowd.wanted.copy()
     return Handed(scene.parts, np.arange(size), asked, NO_USER_ROWS, rules, is_single=False)
 

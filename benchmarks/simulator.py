@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numba
@@ -34,6 +34,10 @@ from safefilter import (
 WORLDS = (1, 8, 64, 512, 4096)
 QUICK_WORLDS = (8, 256)
 CROWDS = (2, 8, 50, 500)
+# Walls that no sensor reaches, and how many worlds have them.
+FAR_WALLS = (0, 500, 5000)
+NUM_FAR_WORLDS = 64
+NEAREST_FAR_WALL, FURTHEST_FAR_WALL = 10.0, 30.0  # m from the middle; lidars reach 3.5 m
 NUM_ROBOTS = 8
 NUM_BEAMS = 36
 # Steps in one round; the rates are of the best round. In more steps resets come, which cost by the world.
@@ -65,18 +69,24 @@ def measure(*, quick: bool = False) -> Result:
         case = Case(Circle(num_robots), num_worlds)
         group = f"circle, {num_robots} robots a world, {case.num_in_reach:.0f} within reach"
         rows.extend(_rows(case, group, rounds))
+    for num_walls in FAR_WALLS[:2] if quick else FAR_WALLS:
+        case = Case(WithFarWalls(num_walls), 1 if quick else NUM_FAR_WORLDS)
+        group = f"{case.num_worlds} worlds of {NUM_ROBOTS} robots, and {num_walls} walls far away"
+        rows.extend(_rows(case, group, rounds))
     rows.extend(other_simulators(rounds))
     return Result(
         name="simulator",
         title="Agent-steps a second, in thousands: step and observation with 36 beams",
-        ratio_of="one thread without the filter, 8 worlds",
-        rows=_with_ratios(rows),
+        ratio_of="one thread without the filter, 8 worlds of 8 robots",
+        rows=_with_ratios(rows, f"{QUICK_WORLDS[0]} worlds of {NUM_ROBOTS} robots"),
         notes=(
             "Differential drives at the walled crossroad (12 walls); observation of 90 numbers. Best of all rounds.",
             "Filter: PriorityORCA, Separation and StaticObstacles, scenes and decisions of all robots included.",
             f"Pairs and circles have no walls, {ROBOTS_IN_ALL} robots in all. Pairs of robots stand {PAIR_DISTANCE} m "
             "apart: whatever the number a world, each meets one other, and the work is the same. Robots of a circle "
             "have more within reach of their lidars the larger it is. Too little work stays on one thread.",
+            f"Walls far away: {NEAREST_FAR_WALL:.0f} to {FURTHEST_FAR_WALL:.0f} m from the middle of the same "
+            f"crossroad, where lidars reach {Rules().lidar_range} m.",
             *by_worlds,
             "Others: the nearest equal world that each offers, described in benchmarks/other_simulators.py.",
         ),
@@ -142,6 +152,31 @@ class Pairs:
         return Placement(start=middle + lane + along, goal=middle + lane - along)
 
 
+@dataclass(frozen=True, slots=True)
+class WithFarWalls:
+    """The walled crossroad, and short walls all around that nobody ever comes near.
+
+    Attributes:
+        num_far: How many.
+    """
+
+    num_far: int
+    name: str = "crossroad among far walls"
+    num_robots: int = NUM_ROBOTS
+    half_extent: float = FURTHEST_FAR_WALL + 1.0
+
+    def place(self, rng: np.random.Generator) -> Placement:
+        """The crossroad's placement; the walls far away are the same in every world."""
+        placement = Crossroad(is_walled=True).place(rng)
+        far = np.random.default_rng(0)
+        angle = far.uniform(0.0, 2.0 * np.pi, self.num_far)
+        away = far.uniform(NEAREST_FAR_WALL, FURTHEST_FAR_WALL, self.num_far)
+        middle = away[:, np.newaxis] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        half = far.uniform(-0.5, 0.5, (self.num_far, 2))
+        walls = np.stack([middle - half, middle + half], axis=1)
+        return replace(placement, walls=np.concatenate([placement.walls, walls]))
+
+
 def make_filter() -> SafetyFilter:
     """The filter of differential drives between walls."""
     constraints: list[Constraint] = [PriorityORCA(2.0), Separation(DT), StaticObstacles(1.0)]
@@ -201,6 +236,7 @@ def _cost_of_a_call(rows: list[Row]) -> Iterator[str]:
         )
 
 
-def _with_ratios(rows: list[Row]) -> tuple[Row, ...]:
-    base = rows[0].numbers["best"]
+def _with_ratios(rows: list[Row], base_group: str) -> tuple[Row, ...]:
+    """Ratios to the first row of a group."""
+    base = next(row for row in rows if row.group == base_group).numbers["best"]
     return tuple(Row(row.name, row.group, row.numbers, row.numbers["best"] / base) for row in rows)

@@ -1,4 +1,4 @@
-"""One decision of one robot with 10 neighbours, from Python, by every solver.
+"""One decision of one robot with 1 to 50 neighbours, from Python, by every solver.
 
 Making the `Scene` is a row of its own.
 """
@@ -26,7 +26,9 @@ ROUNDS = 1000
 SLOW_ROUNDS = 100
 QUICK_ROUNDS = 50
 BACKENDS = ("osqp", "clarabel", "qpsolvers:", "cvxpy:CLARABEL", "cvxpy:OSQP")
-# How far the neighbours are, in m, and how fast they come, in m/s: one situation a case.
+# Every case with so many neighbours; Case-2 with these numbers as well.
+OTHER_NUMBERS = (1, 50)
+# How far the nearest neighbour is, in m, and how fast all come, in m/s: one situation a case.
 SITUATIONS = {Case.SAFE: (2.0, 0.0), Case.PROJECTED: (0.55, 0.1), Case.LEAST_VIOLATION: (0.36, 0.2)}
 
 
@@ -39,10 +41,14 @@ def measure(*, quick: bool = False) -> Result:
     names = ["clarabel"] if quick else [n for n in available_backends() if n.startswith(BACKENDS)]
     rows: list[Row] = []
     for case in SITUATIONS:
-        rows.extend(_rows(case, names if case is not Case.SAFE else [], quick=quick))
+        rows.extend(
+            _rows(case, NUM_NEIGHBOURS, names if case is not Case.SAFE else [], quick=quick)
+        )
+    for number in OTHER_NUMBERS:
+        rows.extend(_rows(Case.PROJECTED, number, names, quick=quick))
     return Result(
         name="single_decision",
-        title="One decision with 10 neighbours, in us",
+        title="One decision, in us",
         ratio_of=BUILT_IN,
         rows=tuple(rows),
         notes=(
@@ -53,13 +59,13 @@ def measure(*, quick: bool = False) -> Result:
     )
 
 
-def situation(case: Case) -> tuple[Scene, FloatArray]:
-    """A robot in a ring of ten others that close in: (scene, action).
+def situation(case: Case, num_neighbours: int = NUM_NEIGHBOURS) -> tuple[Scene, FloatArray]:
+    """A robot among others that close in from all sides: (scene, action).
 
     Raises:
         RuntimeError: If that is not the case asked for.
     """
-    position, velocity = surroundings(case)
+    position, velocity = surroundings(case, num_neighbours)
     scene, action = Scene.from_world(position, velocity, RADIUS), np.array([[0.15, 0.02]])
     if _filter(BUILT_IN).decide(scene, action, [0]).case[0] != case:
         raise RuntimeError(
@@ -68,12 +74,13 @@ def situation(case: Case) -> tuple[Scene, FloatArray]:
     return scene, action
 
 
-def surroundings(case: Case) -> tuple[FloatArray, FloatArray]:
-    """Positions and velocities of the robot and of its neighbours, each of shape (11, 2)."""
+def surroundings(case: Case, num_neighbours: int = NUM_NEIGHBOURS) -> tuple[FloatArray, FloatArray]:
+    """Positions and velocities of the robot and of its neighbours, each of shape (1 + neighbours, 2)."""
     distance, speed = SITUATIONS[case]
-    angle = 2.0 * np.pi * np.arange(NUM_NEIGHBOURS) / NUM_NEIGHBOURS + 0.1
+    # One turn for every ten of them, on a spiral outwards: a third of the distance further each turn.
+    angle = 2.0 * np.pi * np.arange(num_neighbours) / NUM_NEIGHBOURS + 0.1
     outward = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    distances = distance * np.linspace(1.0, 1.3, NUM_NEIGHBOURS)[:, None]
+    distances = distance * (1.0 + np.arange(num_neighbours) / 30.0)[:, None]
     position = np.concatenate([np.zeros((1, 2)), distances * outward])
     velocity = np.concatenate([np.array([[0.1, 0.0]]), -speed * outward])
     return position, velocity
@@ -85,9 +92,10 @@ def _filter(backend: str) -> SafetyFilter:
     )
 
 
-def _rows(case: Case, backends: list[str], *, quick: bool) -> list[Row]:
-    scene, action = situation(case)
-    position, velocity = surroundings(case)
+def _rows(case: Case, num_neighbours: int, backends: list[str], *, quick: bool) -> list[Row]:
+    scene, action = situation(case, num_neighbours)
+    position, velocity = surroundings(case, num_neighbours)
+    group = f"Case-{case.value}, {num_neighbours} neighbour{'s' if num_neighbours > 1 else ''}"
     fast: dict[str, Action] = {
         BUILT_IN: partial(_filter(BUILT_IN).decide, scene, action, [0]),
         "Scene.from_world": partial(Scene.from_world, position, velocity, RADIUS),
@@ -104,13 +112,13 @@ def _rows(case: Case, backends: list[str], *, quick: bool) -> list[Row]:
     if backends:
         others = interleaved(slow, rounds=QUICK_ROUNDS if quick else SLOW_ROUNDS, warm_up=5)
         reference = others.pop(BUILT_IN)
-    rows = [_row(case, name, taken, times[BUILT_IN]) for name, taken in times.items()]
+    rows = [_row(group, name, taken, times[BUILT_IN]) for name, taken in times.items()]
     if backends:
-        rows += [_row(case, name, taken, reference) for name, taken in others.items()]
+        rows += [_row(group, name, taken, reference) for name, taken in others.items()]
     return rows
 
 
-def _row(case: Case, name: str, taken: FloatArray, reference: FloatArray) -> Row:
+def _row(group: str, name: str, taken: FloatArray, reference: FloatArray) -> Row:
     middle, late = np.percentile(1e6 * taken, [50, 99])
     ratio = float(np.median(taken) / np.median(reference))
-    return Row(name, f"Case-{case.value}", {"p50": float(middle), "p99": float(late)}, ratio)
+    return Row(name, group, {"p50": float(middle), "p99": float(late)}, ratio)

@@ -103,8 +103,8 @@ class Navigation:
         # Another moment's walls: nothing is kept yet.
         self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
-        # Rising, with room between worlds for those who are gone: worlds stay blocks of rows.
-        self._world_numbers = np.repeat((shape[1] + 1) * np.arange(num_worlds), shape[1])
+        # Rising, with room between worlds for those who are gone: worlds stay blocks of rows. Scenes share it.
+        self._world_numbers = frozen(np.repeat((shape[1] + 1) * np.arange(num_worlds), shape[1]))
 
     def reset(
         self, seed: int | None = None, *, worlds: npt.ArrayLike = True, first_episode: int = 0
@@ -158,7 +158,7 @@ class Navigation:
             self._walk(self._crowd, action)
         num_worlds, num_robots, _ = action.shape
         outcome = Outcome.empty(num_worlds, num_robots)
-        kept = self._inputs().handed
+        kept = self._inputs().handle
         over_worlds(step_worlds, num_worlds, num_robots, action, kept, outcome[:])
         self.observer.update()
         self.observer.restart(outcome.reborn)

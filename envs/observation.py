@@ -133,7 +133,7 @@ class Observer:
                 )
             )
         num_worlds, num_robots, _ = self._shape
-        over_worlds(_observe, num_worlds, num_robots, observed, kept.handed, written)
+        over_worlds(_observe, num_worlds, num_robots, observed, kept.handle, written)
         return written
 
 

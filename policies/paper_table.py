@@ -38,6 +38,17 @@ class PaperRow:
     mean_time: float
 
 
+MEASURES = (
+    "success",
+    "social_success",
+    "collision_robot",
+    "collision_obstacle",
+    "timeout",
+    "rotate_in_place",
+    "mean_time",
+)
+"""Numbers of a row, in the order of the paper's columns; all but the time are in percent."""
+
 _ROWS = (
     PaperRow("passing", "drl-cd", 96.4, 92.8, 2.4, 1.2, 0.0, 0.0, 19.6),
     PaperRow("passing", "nh-orca", 55.7, 48.4, 0.0, 0.0, 44.3, 0.0, NOT_PRINTED),

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 
 from envs.table_row import TableRow
 from policies.methods import METHODS
-from policies.paper_table import PAPER_TABLE
+from policies.paper_table import MEASURES, PAPER_TABLE
 from policies.priority_table import HIGH, LOW, PriorityGain, gain_cells
 from policies.table_rows import Entry, Outcome, gain_sentence, interval_text, number, percent
 from safefilter.errors import InvalidInput
@@ -29,7 +29,7 @@ HEADERS = (
     "time out (%)",
     "rotate (%)",
     "time (s)",
-    "paper: success, social, time",
+    "paper, in the order of the columns before",
     "gap (mm)",
     "wall gap (mm)",
     "changed (%)",
@@ -132,9 +132,7 @@ def paper_text(row: TableRow) -> str:
     paper = PAPER_TABLE.get((row.scenario, row.method))
     if paper is None:
         return ""
-    return ", ".join(
-        number(value) for value in (paper.success, paper.social_success, paper.mean_time)
-    )
+    return ", ".join(number(getattr(paper, name)) for name in MEASURES)
 
 
 def _measures(row: TableRow) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from envs.intervals import Interval
 from envs.robot_results import RobotResults
 from envs.table_row import TableRow
 from policies.methods import METHODS
-from policies.paper_table import FASTER_THAN_NH_ORCA, PAPER_TABLE
+from policies.paper_table import FASTER_THAN_NH_ORCA, MEASURES, PAPER_TABLE
 from policies.table_cell import Cell, CellFolder
 from policies.table_scenarios import CONGESTED
 from safefilter.arrays import FloatArray
@@ -43,7 +43,7 @@ class Entry:
         paper = PAPER_TABLE.get((row.scenario, row.method))
         printed = {
             f"paper_{name}": _known(getattr(paper, name, math.nan), scale)
-            for name, scale in (("success", 0.01), ("social_success", 0.01), ("mean_time", 1.0))
+            for name, scale in ((name, 1.0 if name == "mean_time" else 0.01) for name in MEASURES)
         }
         return {
             **row.to_dict(),

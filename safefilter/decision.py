@@ -57,7 +57,8 @@ class Decision:
 
     Attributes:
         action: What executes, shape (B, d), in the dtype of the policy's action.
-        wanted: Velocities that the actions ask for, shape (B, d), in m/s: for commands (v, w) the chord of the arc.
+        wanted: Velocities that the actions ask for, shape (B, d), in m/s: for commands (v, w) the chord of the arc. A
+            view of an array of the decision's own.
         velocity: The program's solution before the last word, shape (B, d), in m/s.
         case: Shape (B,), values of `Case`.
         certified: Shape (B,): the hard rows and budgets hold on ``action``, checked after the cast.

@@ -30,7 +30,7 @@ class HalfSpaces:
         hard: Shape (B, M): hard rows are never given up, soft rows least-first in Case-3.
         present: Shape (B, M): rows that count.
         labels: Shape (B, M, 2): number of the source in ``sources``, and what the row is against (the index of a
-            robot, a wall or a row of the user's; -1 for nothing).
+            robot, a wall or a row of the user's, up to 2^53; -1 for nothing).
         sources: Names of the constraints that made rows.
     """
 

@@ -58,15 +58,28 @@ class _WholePackageCache(_Cache):  # type: ignore[misc]  # of any type, see abov
         digests = source_digest(), source_digest(self._package)
         return (*super()._index_key(sig, codegen), *digests)
 
-    def _load_overload(self, sig: object, target_context: object) -> object:
+    def _load_overload(self, sig: object, target_context: Any) -> object:
+        if not self._enabled:
+            return None
+        key = self._index_key(sig, target_context.codegen())
         try:
-            return super()._load_overload(sig, target_context)
+            stored = self._cache_file.load(key)
+            # The index is written before the code: a process that was killed in between left the code of another key.
+            if stored is None or stored[0] != key:
+                return None
+            return self._impl.rebuild(target_context, stored[1])
         except OSError:  # for numba to judge
             raise
         # Whatever unpickling raises: names of types that an earlier version had elsewhere, or a file that is cut off.
         except Exception:  # noqa: BLE001
             self.flush()
             return None
+
+    def _save_overload(self, sig: object, data: Any) -> None:
+        if self._enabled and self._impl.check_cachable(data):
+            self._impl.locator.ensure_cache_path()
+            key = self._index_key(sig, data.codegen)
+            self._cache_file.save(key, (key, self._impl.reduce(data)))
 
 
 def formula(function: FunctionT) -> FunctionT:

@@ -49,15 +49,15 @@ class Kept(Generic[RecordT]):
 
     Attributes:
         record: Arrays and numbers by name; arrays are shared, not copied.
-        handed: For kernels.
+        handle: For kernels.
     """
 
-    __slots__ = ("handed", "record")
+    __slots__ = ("handle", "record")
 
     def __init__(self, record: RecordT) -> None:
         """Keep a record."""
         self.record = record
-        self.handed: KeptRecord = _hand(record)
+        self.handle: KeptRecord = _hand(record)
 
     def __reduce__(self) -> tuple[type[Kept[RecordT]], tuple[RecordT]]:
         """Copies and pickles are of the record: what is handed points to the arrays of this one."""

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from safefilter.arguments import require_flag
 from safefilter.arrays import FloatArray, IntArray, finite_array, number_array
 from safefilter.backend_answer import Solvers, ask_backend
-from safefilter.batch.handed import Handed, Limits, Rules
+from safefilter.batch.handed import Handed, Limits, make_rules, speed_limits
 from safefilter.batch.kernels import KERNELS
 from safefilter.batch.records import Results, empty_results, outcome_of
 from safefilter.batch.robots import robots_of
@@ -47,8 +47,8 @@ from safefilter.take_answer import take_answer
 from safefilter.threads import over_ranges
 
 _name_columns = source_of(outcome_of)
-# Rules are kept for every number of robots up to this one, and besides them for one larger number at a time.
-LARGE = 100
+# Rules are kept for all numbers of robots up to this one; those of a larger number, which are long, take their place.
+MOST_KEPT = 100
 
 
 class RobotDecisions:
@@ -132,7 +132,7 @@ class RobotDecisions:
             self.kinematics.inner_radius,
             rows_each,
         )
-        self._rules: dict[int, Rules] = {}
+        self._rules: dict[int, FloatArray] = {}
 
     def with_constraints(self, constraints: tuple[Constraint, ...]) -> RobotDecisions:
         """Obey these constraints, and share the rest."""
@@ -260,14 +260,14 @@ class RobotDecisions:
             orca.require(scene)
         rules = self._rules_for(scene)
         if not math.isinf(scene.reach):
-            self._require_reach(scene, rules.limits.speed_limit)
+            self._require_reach(scene, speed_limits(rules, scene.num_robots))
         user = NO_USER_ROWS
         if self._own:
             user = user_rows(self._own, scene, asked[:, : self._dimension], robots)
         # By position: by name it takes a third of a microsecond more, and a single decision is short.
-        return Handed(scene.parts, robots, asked, user, rules.array, action.dtype == np.float32)
+        return Handed(scene.parts, robots, asked, user, rules, action.dtype == np.float32)
 
-    def _rules_for(self, scene: Scene) -> Rules:
+    def _rules_for(self, scene: Scene) -> FloatArray:
         """Rules for as many robots: a matter of their number alone, and a single decision is short: so kept."""
         num_robots = len(scene.state)
         rules = self._rules.get(num_robots)
@@ -276,9 +276,9 @@ class RobotDecisions:
             limits = Limits(
                 kinematics.v_max(scene), kinematics.speed_limit(scene), kinematics.sides
             )
-            rules = Rules.of(self._settings, limits)
-            # A robot meets now more, now fewer; crowds come in few sizes, and their rules are long.
-            if num_robots > LARGE or len(self._rules) > LARGE:
+            rules = make_rules(self._settings, limits)
+            # A robot meets now more, now fewer; a crowd stays as large as it is.
+            if num_robots > MOST_KEPT or len(self._rules) > MOST_KEPT:
                 self._rules.clear()
             self._rules[num_robots] = rules
         return rules

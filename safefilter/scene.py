@@ -22,7 +22,7 @@ from safefilter.arrays import (
     numbers_of_shape,
     numbers_per_robot,
 )
-from safefilter.errors import InvalidInput
+from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.jit import formula
 from safefilter.lidar import Lidar
 from safefilter.neighbours import find_neighbours, longest_list
@@ -36,6 +36,7 @@ from safefilter.scene_arguments import (
     numbers_of_positions,
     one_or_each,
     reach_of,
+    require_laid_out,
     require_no,
     world_numbers,
 )
@@ -186,13 +187,8 @@ class Scene:
         position = numbers_of_positions(position)
         num_robots, size = position.shape
         if size == SPACE:
-            require_no(
-                heading=heading is not None,
-                walls=walls is not None,
-                own_walls=own_walls is not None,
-                polygons=len(polygons) > 0,
-                lidar=lidar is not None,
-            )
+            # Before they are laid out: walls are of the plane.
+            require_no(walls=walls is not None, polygons=len(polygons) > 0)
         state = np.empty((num_robots, 3 * size + 2))
         state[:, :size] = position
         state[:, size : 2 * size] = numbers_of_shape(velocity, "velocity", (num_robots, size))
@@ -234,27 +230,37 @@ class Scene:
     ) -> Scene:
         """As `from_world`, of arrays that are laid out as the scene's own: for simulators of many robots.
 
-        They are taken over, not copied: nobody may write to them any more. The numbers of ``state`` and ``heading`` are
-        checked, shapes and the rest are not.
+        They are taken over, not copied: nobody may write to them any more. What they hold is checked as there.
 
         Args:
-            state: See the class.
-            heading: Shape (N,), in rad.
-            cooperative: Shape (N,).
+            state: See the class; float64.
+            heading: Shape (N,), float64, in rad.
+            cooperative: Bools of shape (N,).
             has_wanted: Are wanted velocities known?
-            world: Shape (N,).
-            reach: In m, above 0; infinite for everyone.
+            world: Integers of shape (N,).
+            reach: In m; infinite for everyone.
             known: Walls that every robot knows, in the form of ``Scene.walls``.
             own_walls: See `from_world`.
             lidar: See `from_world`.
 
         Raises:
+            ShapeError: If an array has another shape or dtype.
             NotFinite: As `from_world`.
             OutOfRange: As `from_world`.
-            InvalidInput: If there are scans but no headings, or scans and walls of robots' own.
+            InvalidInput: As `from_world`.
         """
+        require_laid_out(state, heading, cooperative, world)
+        if not reach > 0.0:
+            raise OutOfRange(f"reach: expected a distance above 0 m, got {reach}")
         require_usable(state, _NO_HEADING if heading is None else heading)
         num_robots, size = len(state), state.shape[1] // 3
+        if size == SPACE:
+            require_no(
+                heading=heading is not None,
+                walls=len(known) > 0,
+                own_walls=own_walls is not None,
+                lidar=lidar is not None,
+            )
         position = np.ascontiguousarray(state[:, :size])
         find = find_neighbours if size == PLANE else find_neighbours_in_space
         start, neighbours = find(position, world, reach)

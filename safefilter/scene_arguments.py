@@ -12,6 +12,7 @@ import numpy.typing as npt
 from safefilter.arguments import real_number
 from safefilter.arrays import (
     BoolArray,
+    FloatArray,
     IntArray,
     frozen,
     numbers_of_shape,
@@ -25,6 +26,8 @@ from safefilter.scene_arrays import PLANE, SPACE
 NO_WALLS = frozen(np.empty((0, 5)))
 # All robots are in the world of this number, if nothing else is said.
 ONE_WORLD = 0
+# Of the state, in the plane and in space.
+_COLUMNS = 3 * PLANE + 2, 3 * SPACE + 2
 
 
 def one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | npt.NDArray[Any]:
@@ -42,6 +45,31 @@ def numbers_of_positions(value: npt.ArrayLike) -> npt.NDArray[Any]:
     if position.shape[1] not in {PLANE, SPACE}:
         raise ShapeError(f"position: expected shape (N, 2 or 3), got {position.shape}")
     return position
+
+
+def require_laid_out(
+    state: FloatArray, heading: FloatArray | None, cooperative: BoolArray, world: IntArray
+) -> None:
+    """Check shapes and dtypes of arrays that are laid out as a scene's own: kernels read them as they are.
+
+    Raises:
+        ShapeError: If one has another.
+    """
+    if state.ndim != 2 or state.shape[1] not in _COLUMNS or state.dtype != np.float64:
+        raise ShapeError(
+            f"state: expected float64 of shape (N, {_COLUMNS[0]} or {_COLUMNS[1]}), "
+            f"got {state.dtype} of shape {state.shape}"
+        )
+    expected = (len(state),)
+    for field, array, kinds in (
+        ("heading", heading, "f"),
+        ("cooperative", cooperative, "b"),
+        ("world", world, "iu"),
+    ):
+        if array is not None and (array.shape != expected or array.dtype.kind not in kinds):
+            raise ShapeError(
+                f"{field}: expected shape {expected}, got {array.dtype} of shape {array.shape}"
+            )
 
 
 def require_no(**is_given: bool) -> None:

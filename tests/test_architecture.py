@@ -45,14 +45,11 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "safefilter/testing/program_strategies.py": "test_certificate",
     "safefilter/batch/decide.py": "test_safety_filter_batch",
     "safefilter/batch/decide_in_space.py": "test_safety_filter_in_space",
-    "safefilter/batch/handed.py": "test_records",
     "safefilter/batch/kernels.py": "test_safety_filter_in_space",
     "safefilter/batch/program.py": "test_safety_filter_batch",
     "safefilter/batch/program_in_space.py": "test_safety_filter_in_space",
-    "safefilter/batch/records.py": "test_records",
     "safefilter/batch/robots.py": "test_safety_filter",
     "safefilter/batch/rows.py": "test_safety_filter_rows",
-    "safefilter/batch/settings.py": "test_records",
     "safefilter/batch/rows_in_space.py": "test_safety_filter_in_space",
 }
 

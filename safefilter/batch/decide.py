@@ -19,7 +19,7 @@ from safefilter.batch.settings import Settings
 from safefilter.constraints.row_buffers import RowLabels, Sections, row_buffers
 from safefilter.jit import formula, kernel
 from safefilter.kinematics.arc import chord_velocity
-from safefilter.kinematics.drive import Drive
+from safefilter.kinematics.drive import SPEED, TURN_RATE, Drive
 from safefilter.kinematics.drive_last_word import (
     drive_last_word,
     is_command_safe,
@@ -88,7 +88,7 @@ def decide_one(
     sections = make_rows(problem, settings, k, rows, scratch.chosen, scratch.keys)
     asked_x, asked_y = wanted_x, wanted_y
     if settings.drive.is_used:
-        asked_x, asked_y = problem.asked[k, 2], problem.asked[k, 3]
+        asked_x, asked_y = problem.asked[k, SPEED], problem.asked[k, TURN_RATE]
     # The sides are not asked in Case-1: any action within its limits executes exactly.
     is_safe = keeps_hard_rows(
         problem, settings.drive, k, rows.array, sections, asked_x, asked_y
@@ -148,7 +148,7 @@ def last_word_of(
         limit = problem.limits.speed_limit[i]
         return last_word(rows, first, last, limit, x, y, problem.is_single)
     heading, v_max = problem.scene.heading[i], problem.limits.v_max[i]
-    speed, turn_rate = problem.asked[k, 2], problem.asked[k, 3]
+    speed, turn_rate = problem.asked[k, SPEED], problem.asked[k, TURN_RATE]
     if out.case[k] != SAFE:
         speed, turn_rate = wanted_command(
             rows, sections, drive, speed, turn_rate, heading, v_max, x, y

@@ -23,9 +23,9 @@ class Handed(NamedTuple):
     Attributes:
         scene: `SceneArrays` without their names, which numba tells four times as fast.
         index: Robots to decide for, shape (B,).
-        asked: Velocities they want, shape (B, d); those of drives and the commands (v, w) themselves, shape (B, 4).
+        asked: Velocities they want, shape (B, d); of drives with the commands (v, w) behind them, shape (B, 4).
         user: Rows of the user's; see `user_rows`.
-        rules: The array of `Rules`.
+        rules: See `make_rules`.
         is_single: Are actions float32?
     """
 
@@ -44,8 +44,7 @@ class Handed(NamedTuple):
     @property
     def speed_limit(self) -> FloatArray:
         """Bounds on their executed speeds, shape (B,), in m/s."""
-        num_robots = len(self.scene[0])
-        return self.rules[len(self.rules) - num_robots :][self.index]
+        return speed_limits(self.rules, len(self.scene[0]))[self.index]
 
 
 class Limits(NamedTuple):
@@ -84,27 +83,20 @@ class Problem(NamedTuple):
     is_single: bool
 
 
-class Rules(NamedTuple):
-    """What a filter tells kernels about so many robots.
+def make_rules(settings: Settings, limits: Limits) -> FloatArray:
+    """What a filter tells kernels of so many robots: settings, sides, largest speeds, and bounds on executed ones."""
+    parts = (numbers_of(settings), limits.sides.ravel(), limits.v_max, limits.speed_limit)
+    return np.concatenate(parts)
 
-    Attributes:
-        array: Numbers of the settings, sides, largest speeds, and bounds on executed ones, one after the other.
-        limits: What is in it of the robots.
-    """
 
-    array: FloatArray
-    limits: Limits
-
-    @classmethod
-    def of(cls, settings: Settings, limits: Limits) -> Rules:
-        """Put them together."""
-        parts = (numbers_of(settings), limits.sides.ravel(), limits.v_max, limits.speed_limit)
-        return cls(np.concatenate(parts), limits)
+def speed_limits(rules: FloatArray, num_robots: int) -> FloatArray:
+    """Bounds on executed speeds in rules for so many robots, shape (N,), in m/s."""
+    return rules[len(rules) - num_robots :]
 
 
 @array_formula
 def named(handed: tuple[Any, ...]) -> tuple[Problem, Settings]:
-    """Give what is handed its names back."""
+    """Give what is handed its names back, and take `make_rules` apart."""
     scene_parts, index, asked, user, rules, is_single = handed
     scene, settings = SceneArrays(*scene_parts), settings_of(rules)
     num_robots, size = len(scene.state), scene.state.shape[1] // 3

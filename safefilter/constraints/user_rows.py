@@ -12,7 +12,7 @@ import numpy as np
 from safefilter.arguments import require_kind
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.constraints.constraint import Constraint
-from safefilter.errors import ShapeError
+from safefilter.errors import OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.scene import Scene
 
@@ -21,6 +21,9 @@ from safefilter.scene import Scene
 BUDGET, HARD, SOFT, ABSENT = range(4)
 # What is told of a row beside its normal and offset: its kind, the number of its source, and what it is against.
 NUM_MARKS = 3
+
+# Labels are told as floating-point numbers, which hold so large ones exactly.
+LARGEST_LABEL = 2**53
 
 # Whatever the batch: where there is room for no row, kernels look at no decision.
 NO_USER_ROWS = np.empty((0, NUM_MARKS, 0))
@@ -32,18 +35,19 @@ def user_rows(
     """Ask constraints for their rows.
 
     Args:
-        constraints: Constraints by their number in labels.
+        constraints: Constraints by their number in labels, one or more.
         scene: What the robots know.
         wanted: Wanted velocities, shape (B, d), in m/s.
         index: Robots, shape (B,).
 
     Returns:
         The rows of all constraints, shape (B, d + 4, E): normal, offset, kind, number of the source, and what the row
-        is against, exact up to 2^53. In one array, because each that a kernel is handed costs.
+        is against. In one array, because each that a kernel is handed costs.
 
     Raises:
         InvalidInput: If a constraint makes something else.
         ShapeError: If it makes rows for another number of decisions or dimensions.
+        OutOfRange: If it labels a row with a number beyond 2^53.
     """
     batch = len(index)
     parts = []
@@ -54,6 +58,12 @@ def user_rows(
             raise ShapeError(
                 f"{constraint.name}: expected rows for {batch} decisions in {wanted.shape[1]} dimensions, "
                 f"got {part.num_decisions} in {part.dimension}"
+            )
+        against = part.labels[:, :, 1]
+        too_large = (against > LARGEST_LABEL) | (against < -LARGEST_LABEL)
+        if too_large.any():
+            raise OutOfRange(
+                f"{constraint.name}: labels: expected numbers up to 2^53, got {against[too_large][0]}"
             )
         parts.append((number, part))
     return _packed(parts)

@@ -13,6 +13,9 @@ from safefilter.arrays import FloatArray, IntArray
 from safefilter.jit import kernel
 from safefilter.kinematics.arc import chord_velocity
 
+# Columns of a drive's command in what is asked, behind the velocity that it amounts to.
+SPEED, TURN_RATE = 2, 3
+
 
 class Drive(NamedTuple):
     """How velocities become commands (v, w).
@@ -56,5 +59,5 @@ def with_wanted_velocities(
         asked[k, 0], asked[k, 1] = chord_velocity(
             command[k, 0], command[k, 1], heading[index[k]], dt
         )
-        asked[k, 2], asked[k, 3] = command[k, 0], command[k, 1]
+        asked[k, SPEED], asked[k, TURN_RATE] = command[k, 0], command[k, 1]
     return asked

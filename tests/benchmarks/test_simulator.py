@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from benchmarks.simulator import Case, Pairs, drive, make_filter
+from benchmarks.simulator import (
+    NEAREST_FAR_WALL,
+    Case,
+    Pairs,
+    WithFarWalls,
+    drive,
+    make_filter,
+)
 from envs import Circle, Crossroad
 
 
@@ -35,3 +42,15 @@ def test_worlds_that_are_over_start_anew() -> None:
     navigation = Case(Circle(2), 2).started()
     drive(navigation, make_filter(), 100)
     assert (navigation.world.step_count < 100).all()
+
+
+def test_far_walls_are_beyond_every_sensor_and_change_nothing() -> None:
+    runs = [Case(WithFarWalls(number), 2).started() for number in (0, 300)]
+    for navigation in runs:
+        drive(navigation, make_filter(), 30)
+    bare, among = (navigation.world for navigation in runs)
+    assert len(among.walls_of(0)) == len(bare.walls_of(0)) + 300
+    middles = among.walls_of(0)[len(bare.walls_of(0)) :].mean(axis=1)
+    assert np.linalg.norm(middles, axis=1).min() >= NEAREST_FAR_WALL
+    np.testing.assert_array_equal(bare.position, among.position)
+    np.testing.assert_array_equal(runs[0].observe(), runs[1].observe())

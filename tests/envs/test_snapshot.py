@@ -1,5 +1,8 @@
 """Tests of snapshots: from a restored moment everything goes on bit for bit."""
 
+import copy
+import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -189,7 +192,7 @@ def _reachable(navigation: Navigation) -> dict[str, bytes]:
 
 
 def _visit(thing: object, place: str, found: dict[str, bytes], seen: set[int]) -> None:
-    is_kept = place.rpartition(".")[2] in {"_kept_map", "_kept_parts", "_kept_walls"}
+    is_kept = place.rpartition(".")[2] in {"_kept_map", "_kept"}
     if id(thing) in seen or is_kept or place in {".world.walls", "._motion"}:
         return
     seen.add(id(thing))
@@ -205,3 +208,21 @@ def _visit(thing: object, place: str, found: dict[str, bytes], seen: set[int]) -
         parts = {name: getattr(thing, name) for name in slots} | getattr(thing, "__dict__", {})
         for name, part in parts.items():
             _visit(part, f"{place}.{name}", found, seen)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda other: pickle.loads(pickle.dumps(other))])
+def test_a_copy_of_a_navigation_goes_on_with_arrays_of_its_own(
+    copied: Callable[[Navigation], Navigation],
+) -> None:
+    navigation = made(load_scenario("crossroad"), 2)
+    navigation.reset(0)
+    drive(navigation, RewardTracker(), np.random.default_rng(0), 3)
+    other = copied(navigation)
+    before = navigation.world.snapshot()
+    left = drive(other, RewardTracker(), np.random.default_rng(1), 5)
+    # The first has not moved meanwhile, and moves alike now.
+    np.testing.assert_array_equal(navigation.world.position, before.position)
+    right = drive(navigation, RewardTracker(), np.random.default_rng(1), 5)
+    np.testing.assert_array_equal(other.world.position, navigation.world.position)
+    np.testing.assert_array_equal(other.observe(), navigation.observe())
+    assert len(left) == len(right)

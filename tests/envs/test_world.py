@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from envs.fleet import Fleet
 from envs.world import World, full_speed, over_worlds
+from safefilter import threads
 from safefilter.errors import ShapeError
 from safefilter.threads import MIN_ITEMS
 
@@ -75,12 +76,10 @@ def test_every_world_is_worked_on_once(num_worlds: int, num_robots: int, num_thr
         assert given == "given"
         count[first:last] += 1
 
-    before = numba.get_num_threads()
-    numba.set_num_threads(min(num_threads, before))
-    try:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(numba, "get_num_threads", lambda: num_threads)
+        patch.setattr(threads, "WORTH_SHARING", 0.0)
         over_worlds(work, num_worlds, num_robots, "given")
-    finally:
-        numba.set_num_threads(before)
     assert (count == 1).all()
 
 

@@ -52,7 +52,7 @@ def test_a_page_shows_every_row_under_as_many_headers(results_of: MakeResults) -
     )
     (row,) = (line for line in text.splitlines() if line.startswith("| SRL-ORCA, ours | 50.00"))
     assert row.count("|") == len(HEADERS) + 1
-    assert "90.7, -, 27.9" in row
+    assert "| 90.7, -, 2.7, 3.3, 1.3, 2.0, 27.9 |" in row
     assert "| 30.0 |" in row
     assert "(t_NH - t_SRL) / t_SRL = 20.0 %" in text
     assert "* no weights of drl-cf" in text

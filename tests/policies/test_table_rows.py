@@ -62,6 +62,9 @@ def test_a_row_says_what_the_paper_prints(results_of: MakeResults) -> None:
         27.95,
     )
     assert row["paper_social_success"] is None
+    hits = row["paper_collision_robot"], row["paper_collision_obstacle"]
+    stuck = row["paper_timeout"], row["paper_rotate_in_place"]
+    assert (*hits, *stuck) == (0.027, 0.033, 0.013, 0.02)
     assert (row["training_seeds"], row["evaluation_seed"]) == ([1], 0)
 
 

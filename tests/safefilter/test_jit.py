@@ -237,3 +237,55 @@ def test_a_cache_of_types_that_have_moved_is_made_anew(tmp_path: Path) -> None:
     # As an earlier version may have left it: numba reads its own version first, then the rest.
     index.write_bytes(pickle.dumps(numba.__version__) + b"cnowhere\nMoved\n.")
     assert loaded(tmp_path / "one.py").one() == 1
+
+
+@compiled_only
+def test_an_index_that_is_cut_off_is_made_anew(tmp_path: Path) -> None:
+    (tmp_path / "one.py").write_text(KERNEL, encoding="utf-8")
+    assert loaded(tmp_path / "one.py").one() == 1
+    (index,) = (tmp_path / "__pycache__").glob("*.nbi")
+    index.write_bytes(index.read_bytes()[:-5])
+    assert loaded(tmp_path / "one.py").one() == 1
+
+
+@compiled_only
+def test_code_that_was_left_for_other_arguments_is_not_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = KERNEL.replace("one() -> int", "one(x)").replace("return 1", "return x + 1")
+    (tmp_path / "one.py").write_text(source, encoding="utf-8")
+    assert loaded(tmp_path / "one.py").one(1.5) == 2.5
+    (index,) = (tmp_path / "__pycache__").glob("*.nbi")
+    index.write_bytes(b"")
+
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    again = loaded(tmp_path / "one.py").one
+    monkeypatch.setattr(again._cache._cache_file, "_save_data", killed)
+    # The index says by now where the code for integers is, and the code for real numbers lies there.
+    with pytest.raises(KeyboardInterrupt):
+        again(1)
+    assert len(list((tmp_path / "__pycache__").glob("*.nbc"))) == 1
+    last = loaded(tmp_path / "one.py").one
+    assert type(last(1)) is int
+    assert not last.stats.cache_hits
+
+
+@compiled_only
+def test_a_cache_that_may_not_be_read_is_an_error_and_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "one.py").write_text(KERNEL, encoding="utf-8")
+    assert loaded(tmp_path / "one.py").one() == 1
+
+    def refused(*_: object) -> None:
+        raise PermissionError
+
+    one = loaded(tmp_path / "one.py").one
+    monkeypatch.setattr(one._cache._cache_file, "load", refused)
+    with pytest.raises(PermissionError):
+        one()
+    again = loaded(tmp_path / "one.py").one
+    assert again() == 1
+    assert sum(again.stats.cache_hits.values()) == 1

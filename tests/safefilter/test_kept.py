@@ -37,19 +37,19 @@ def record() -> Outer:
 
 def test_kernels_read_and_write_the_arrays_of_the_record() -> None:
     kept = Kept(record())
-    multiply(kept.handed)
+    multiply(kept.handle)
     assert kept.record.result.tolist() == [6.0, 12.0]
     # What is written to an array afterwards is seen.
     kept.record.inner.numbers[:] = 5.0
-    multiply(kept.handed)
+    multiply(kept.handle)
     assert kept.record.result.tolist() == [30.0, 30.0]
 
 
 def test_arrays_outlive_the_record() -> None:
     kept = Kept(record())
-    handed, result = kept.handed, kept.record.result
+    handle, result = kept.handle, kept.record.result
     del kept
-    multiply(handed)
+    multiply(handle)
     assert result.tolist() == [6.0, 12.0]
 
 
@@ -57,7 +57,7 @@ def test_copies_have_arrays_of_their_own() -> None:
     kept = Kept(record())
     for other in (copy.deepcopy(kept), pickle.loads(pickle.dumps(kept))):
         other.record.inner.numbers[:] = 7.0
-        multiply(other.handed)
+        multiply(other.handle)
         assert other.record.result.tolist() == [42.0, 42.0]
         assert kept.record.result.tolist() == [0.0, 0.0]
 
@@ -66,5 +66,5 @@ def test_a_copy_together_with_its_arrays_points_to_those() -> None:
     kept = Kept(record())
     other, numbers = copy.deepcopy((kept, kept.record.inner.numbers))
     numbers[:] = 1.0
-    multiply(other.handed)
+    multiply(other.handle)
     assert other.record.result.tolist() == [6.0, 6.0]

@@ -14,7 +14,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safefilter.errors import NotFinite
+from safefilter.errors import InvalidInput, NotFinite, OutOfRange, ShapeError
+from safefilter.lidar import Lidar
 from safefilter.outlines import OwnWalls
 from safefilter.scene import Scene
 from safefilter.usable_state import MAX_COORDINATE, MAX_PRIORITY, MIN_PRIORITY
@@ -207,15 +208,65 @@ def test_a_state_laid_out_makes_the_same_scene() -> None:
     assert not state.flags.writeable
 
 
+LAID_OUT: dict[str, Any] = {
+    "state": np.ones((2, 8)),
+    "heading": np.zeros(2),
+    "cooperative": np.ones(2, dtype=np.bool_),
+    "has_wanted": False,
+    "world": np.zeros(2, dtype=np.int64),
+    "reach": np.inf,
+}
+
+
+def laid_out(**changes: Any) -> dict[str, Any]:
+    return {**copy.deepcopy(LAID_OUT), **changes}
+
+
 @pytest.mark.parametrize("field", ["state", "heading"])
 def test_numbers_of_a_state_laid_out_are_checked(field: str) -> None:
-    given: dict[str, Any] = {"state": np.ones((2, 8)), "heading": np.zeros(2)}
-    given[field][1] = np.nan
+    wrong = laid_out()
+    wrong[field][1] = np.nan
     with pytest.raises(NotFinite, match=r"^(position|heading) of row 1: expected a finite number"):
-        Scene.of_state(
-            **given,
-            cooperative=np.ones(2, dtype=np.bool_),
-            has_wanted=False,
-            world=np.zeros(2, dtype=np.int64),
-            reach=np.inf,
-        )
+        Scene.of_state(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("field", "wrong"),
+    [
+        ("state", np.ones((2, 7))),
+        ("state", np.ones(8)),
+        ("state", np.ones((2, 8), dtype=np.float32)),
+        ("heading", np.zeros(1)),
+        ("heading", np.zeros(3)),
+        ("cooperative", np.ones(1, dtype=np.bool_)),
+        ("cooperative", np.ones(2)),
+        ("world", np.zeros(1, dtype=np.int64)),
+        ("world", np.zeros(2)),
+    ],
+)
+def test_shapes_of_a_state_laid_out_are_checked(field: str, wrong: Any) -> None:
+    with pytest.raises(ShapeError, match=f"^{field}: expected "):
+        Scene.of_state(**laid_out(**{field: wrong}))
+
+
+@pytest.mark.parametrize("reach", [np.nan, 0.0, -1.0])
+def test_a_reach_that_is_none_is_refused(reach: float) -> None:
+    with pytest.raises(OutOfRange, match=r"^reach: expected a distance above 0 m, got "):
+        Scene.of_state(**laid_out(reach=reach))
+
+
+@pytest.mark.parametrize(
+    ("field", "given_to_it"),
+    [
+        ("heading", {"heading": np.zeros(2)}),
+        ("walls", {"known": np.zeros((1, 5))}),
+        ("own_walls", {"own_walls": OwnWalls.none(2)}),
+        ("lidar", {"lidar": Lidar.scan(np.full((2, 36), np.inf))}),
+    ],
+)
+def test_a_state_in_space_has_none_of_what_the_plane_has(
+    field: str, given_to_it: dict[str, Any]
+) -> None:
+    wrong = laid_out(state=np.ones((2, 11)), heading=None)
+    with pytest.raises(InvalidInput, match=f"^{field}: robots in space have none"):
+        Scene.of_state(**{**wrong, **given_to_it})

@@ -71,6 +71,23 @@ def test_every_item_is_worked_on_once(
     assert work.items() == Counter(range(num_items))
 
 
+@given(num_items=numbers_of_items, num_threads=numbers_of_threads, is_worth_it=st.booleans())
+def test_what_is_given_comes_before_the_range(
+    num_items: int, num_threads: int, *, is_worth_it: bool
+) -> None:
+    work = Ranges()
+
+    def told(one: str, other: int, first: int, last: int) -> None:
+        assert (one, other) == ("one", 2)
+        work(first, last)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(numba, "get_num_threads", lambda: num_threads)
+        patch.setattr(threads, "WORTH_SHARING", 0.0 if is_worth_it else 1e9)
+        over_ranges(told, num_items, "one", 2)
+    assert work.items() == Counter(range(num_items))
+
+
 @given(num_items=st.integers(MIN_ITEMS, 5 * MIN_ITEMS), num_threads=st.integers(2, 9))
 def test_large_batches_are_shared_out_in_ranges_that_hold_something(
     num_items: int, num_threads: int

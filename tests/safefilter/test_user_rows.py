@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,8 +14,16 @@ from safefilter.batch.rows import copy_rows
 from safefilter.constraints.constraint import Constraint
 from safefilter.constraints.linear_constraint import LinearConstraint
 from safefilter.constraints.row_buffers import RowLabels
-from safefilter.constraints.user_rows import ABSENT, BUDGET, HARD, NUM_MARKS, SOFT, user_rows
-from safefilter.errors import ShapeError
+from safefilter.constraints.user_rows import (
+    ABSENT,
+    BUDGET,
+    HARD,
+    LARGEST_LABEL,
+    NUM_MARKS,
+    SOFT,
+    user_rows,
+)
+from safefilter.errors import OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.scene import Scene
 
@@ -129,3 +137,17 @@ def test_rows_for_something_else_are_refused(num_decisions: int, dimension: int)
         "corridor: expected rows for 2 decisions in 2 dimensions, "
         f"got {num_decisions} in {dimension}"
     )
+
+
+@pytest.mark.parametrize("label", [LARGEST_LABEL, -LARGEST_LABEL])
+def test_labels_are_told_exactly_or_refused(label: int) -> None:
+    rows = random_rows(1, 1, 0)
+    labels = np.array([[[0, label]]])
+    exact = replace(rows, labels=labels, present=np.ones((1, 1), dtype=np.bool_))
+    (found,) = listed({1: Given(exact)}, 1)
+    assert [row[-1] for kind_rows in found.values() for row in kind_rows] == [label]
+    beyond = replace(exact, labels=labels + np.sign(label) * np.array([0, 1]))
+    with pytest.raises(
+        OutOfRange, match=rf"given: labels: expected numbers up to 2\^53, got {label}"[:-1]
+    ):
+        user_rows({1: Given(beyond)}, SCENE, np.zeros((1, 2)), np.arange(1))
