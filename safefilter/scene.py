@@ -31,6 +31,7 @@ from safefilter.outlines import OwnWalls, shared_walls
 from safefilter.scene_arguments import (
     NO_WALLS,
     ONE_WORLD,
+    SPACE_COLUMNS,
     cooperative_flags,
     no_own_walls,
     numbers_of_positions,
@@ -187,8 +188,13 @@ class Scene:
         position = numbers_of_positions(position)
         num_robots, size = position.shape
         if size == SPACE:
-            # Before they are laid out: walls are of the plane.
-            require_no(walls=walls is not None, polygons=len(polygons) > 0)
+            require_no(
+                heading=heading is not None,
+                walls=walls is not None,
+                own_walls=own_walls is not None,
+                polygons=len(polygons) > 0,
+                lidar=lidar is not None,
+            )
         state = np.empty((num_robots, 3 * size + 2))
         state[:, :size] = position
         state[:, size : 2 * size] = numbers_of_shape(velocity, "velocity", (num_robots, size))
@@ -200,7 +206,7 @@ class Scene:
         state[:, -2] = one_or_each(radius, "radius", num_robots)
         state[:, -1] = one_or_each(priority, "priority", num_robots)
         has_none = walls is None and isinstance(polygons, tuple) and not polygons
-        return cls.of_state(
+        return cls._looked_over(
             state,
             heading=None
             if heading is None
@@ -252,15 +258,46 @@ class Scene:
         require_laid_out(state, heading, cooperative, world)
         if not reach > 0.0:
             raise OutOfRange(f"reach: expected a distance above 0 m, got {reach}")
-        require_usable(state, _NO_HEADING if heading is None else heading)
-        num_robots, size = len(state), state.shape[1] // 3
-        if size == SPACE:
+        if state.shape[1] == SPACE_COLUMNS:
             require_no(
                 heading=heading is not None,
                 walls=len(known) > 0,
                 own_walls=own_walls is not None,
                 lidar=lidar is not None,
             )
+        return cls._looked_over(
+            state,
+            heading=heading,
+            cooperative=cooperative,
+            has_wanted=has_wanted,
+            world=world,
+            reach=reach,
+            known=known,
+            own_walls=own_walls,
+            lidar=lidar,
+        )
+
+    @classmethod
+    def _looked_over(
+        cls,
+        state: FloatArray,
+        *,
+        heading: FloatArray | None,
+        cooperative: BoolArray,
+        has_wanted: bool,
+        world: IntArray,
+        reach: float,
+        known: FloatArray,
+        own_walls: OwnWalls | None,
+        lidar: Lidar | None,
+    ) -> Scene:
+        """Check numbers, list neighbours and put walls together; shapes have been looked at.
+
+        Raises:
+            InvalidInput: If there are scans but no headings, or scans and walls of robots' own.
+        """
+        require_usable(state, _NO_HEADING if heading is None else heading)
+        num_robots, size = len(state), state.shape[1] // 3
         position = np.ascontiguousarray(state[:, :size])
         find = find_neighbours if size == PLANE else find_neighbours_in_space
         start, neighbours = find(position, world, reach)

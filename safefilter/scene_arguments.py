@@ -26,8 +26,8 @@ from safefilter.scene_arrays import PLANE, SPACE
 NO_WALLS = frozen(np.empty((0, 5)))
 # All robots are in the world of this number, if nothing else is said.
 ONE_WORLD = 0
-# Of the state, in the plane and in space.
-_COLUMNS = 3 * PLANE + 2, 3 * SPACE + 2
+# Of the state.
+PLANE_COLUMNS, SPACE_COLUMNS = 3 * PLANE + 2, 3 * SPACE + 2
 
 
 def one_or_each(value: npt.ArrayLike, field: str, num_robots: int) -> float | npt.NDArray[Any]:
@@ -55,21 +55,27 @@ def require_laid_out(
     Raises:
         ShapeError: If one has another.
     """
-    if state.ndim != 2 or state.shape[1] not in _COLUMNS or state.dtype != np.float64:
-        raise ShapeError(
-            f"state: expected float64 of shape (N, {_COLUMNS[0]} or {_COLUMNS[1]}), "
-            f"got {state.dtype} of shape {state.shape}"
-        )
-    expected = (len(state),)
-    for field, array, kinds in (
-        ("heading", heading, "f"),
-        ("cooperative", cooperative, "b"),
-        ("world", world, "iu"),
+    shape = state.shape
+    if (
+        len(shape) != 2
+        or shape[1] not in {PLANE_COLUMNS, SPACE_COLUMNS}
+        or state.dtype != np.float64
     ):
-        if array is not None and (array.shape != expected or array.dtype.kind not in kinds):
-            raise ShapeError(
-                f"{field}: expected shape {expected}, got {array.dtype} of shape {array.shape}"
-            )
+        raise ShapeError(
+            f"state: expected float64 of shape (N, {PLANE_COLUMNS} or {SPACE_COLUMNS}), "
+            f"got {state.dtype} of shape {shape}"
+        )
+    expected = shape[:1]
+    if heading is not None and (heading.shape != expected or heading.dtype != np.float64):
+        raise ShapeError(_unlike("heading", heading, expected))
+    if cooperative.shape != expected or cooperative.dtype != np.bool_:
+        raise ShapeError(_unlike("cooperative", cooperative, expected))
+    if world.shape != expected or world.dtype != np.int64:
+        raise ShapeError(_unlike("world", world, expected))
+
+
+def _unlike(field: str, array: npt.NDArray[Any], expected: tuple[int, ...]) -> str:
+    return f"{field}: expected shape {expected}, got {array.dtype} of shape {array.shape}"
 
 
 def require_no(**is_given: bool) -> None:
