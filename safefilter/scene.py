@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arguments import require_kind
 from safefilter.arrays import (
     BoolArray,
     FloatArray,
@@ -22,7 +21,7 @@ from safefilter.arrays import (
     numbers_of_shape,
     numbers_per_robot,
 )
-from safefilter.errors import InvalidInput, OutOfRange
+from safefilter.errors import OutOfRange
 from safefilter.jit import formula
 from safefilter.lidar import Lidar
 from safefilter.neighbours import find_neighbours, longest_list
@@ -33,12 +32,12 @@ from safefilter.scene_arguments import (
     ONE_WORLD,
     SPACE_COLUMNS,
     cooperative_flags,
-    no_own_walls,
     numbers_of_positions,
     one_or_each,
     reach_of,
     require_laid_out,
     require_no,
+    walls_of_each,
     world_numbers,
 )
 from safefilter.scene_arrays import PLANE, SPACE, SceneArrays
@@ -291,30 +290,13 @@ class Scene:
         own_walls: OwnWalls | None,
         lidar: Lidar | None,
     ) -> Scene:
-        """Check numbers, list neighbours and put walls together; shapes have been looked at.
-
-        Raises:
-            InvalidInput: If there are scans but no headings, or scans and walls of robots' own.
-        """
+        """Check numbers, list neighbours and put walls together; shapes have been looked at."""
         require_usable(state, _NO_HEADING if heading is None else heading)
-        num_robots, size = len(state), state.shape[1] // 3
+        size = state.shape[1] // 3
         position = np.ascontiguousarray(state[:, :size])
         find = find_neighbours if size == PLANE else find_neighbours_in_space
         start, neighbours = find(position, world, reach)
-        own = no_own_walls(num_robots)
-        if own_walls is not None:
-            own = require_kind(own_walls, "own_walls", OwnWalls)
-            own.require_robots(num_robots)
-        seen, wall_range, most_own = own.walls, own.ranges, own.most
-        if lidar is not None:
-            if heading is None:
-                raise InvalidInput("lidar: scans need heading= as well: beams are relative to it")
-            if own_walls is not None:
-                raise InvalidInput("lidar: robots have a map or scans; drop own_walls= or lidar=")
-            seen, first = require_kind(lidar, "lidar", Lidar).walls(
-                position, heading, state[:, -2].copy(), world
-            )
-            wall_range, most_own = np.stack([first[:-1], first[1:]], axis=1), longest_list(first)
+        own = walls_of_each(own_walls, lidar, state, heading, world)
         return cls(
             state=frozen(state),
             cooperative=frozen(cooperative),
@@ -325,10 +307,10 @@ class Scene:
             neighbour_start=frozen(start),
             neighbours=frozen(neighbours),
             most_neighbours=longest_list(start),
-            walls=frozen(np.concatenate([known, seen]) if len(known) else seen),
+            walls=frozen(np.concatenate([known, own.walls]) if len(known) else own.walls),
             num_shared_walls=len(known),
-            wall_range=frozen(wall_range + len(known) if len(known) else wall_range),
-            most_walls=len(known) + most_own,
+            wall_range=frozen(own.ranges + len(known) if len(known) else own.ranges),
+            most_walls=len(known) + own.most,
         )
 
     @property

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arguments import real_number
+from safefilter.arguments import real_number, require_kind
 from safefilter.arrays import (
     BoolArray,
     FloatArray,
@@ -19,7 +19,8 @@ from safefilter.arrays import (
     numbers_per_robot,
 )
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
-from safefilter.neighbours import UNLIMITED_LIMIT
+from safefilter.lidar import Lidar
+from safefilter.neighbours import UNLIMITED_LIMIT, longest_list
 from safefilter.outlines import OwnWalls
 from safefilter.scene_arrays import PLANE, SPACE
 
@@ -92,10 +93,38 @@ def require_no(**is_given: bool) -> None:
             )
 
 
+def walls_of_each(
+    own_walls: OwnWalls | None,
+    lidar: Lidar | None,
+    state: FloatArray,
+    heading: FloatArray | None,
+    world: IntArray,
+) -> OwnWalls:
+    """Walls that some robots know and others do not: given, or seen in scans.
+
+    Raises:
+        ShapeError: If they are those of another number of robots.
+        InvalidInput: If there are scans but no headings, or scans and walls of robots' own.
+    """
+    num_robots = len(state)
+    if own_walls is not None:
+        require_kind(own_walls, "own_walls", OwnWalls).require_robots(num_robots)
+    if lidar is None:
+        return _no_own_walls(num_robots) if own_walls is None else own_walls
+    if heading is None:
+        raise InvalidInput("lidar: scans need heading= as well: beams are relative to it")
+    if own_walls is not None:
+        raise InvalidInput("lidar: robots have a map or scans; drop own_walls= or lidar=")
+    position = np.ascontiguousarray(state[:, :PLANE])
+    seen, first = require_kind(lidar, "lidar", Lidar).walls(
+        position, heading, state[:, -2].copy(), world
+    )
+    return OwnWalls(seen, np.stack([first[:-1], first[1:]], axis=1), longest_list(first))
+
+
 # What most scenes have in common is made once for as many robots, and shared: nobody can write to it.
 @functools.lru_cache(maxsize=4)
-def no_own_walls(num_robots: int) -> OwnWalls:
-    """Nobody knows a wall that others do not."""
+def _no_own_walls(num_robots: int) -> OwnWalls:
     return OwnWalls.none(num_robots)
 
 
