@@ -23,6 +23,7 @@ from envs import Town
 from envs.fleet import MAX_SPEED, MAX_TURN_RATE
 from envs.vector_adapter import VectorRobots
 from policies.filtering import Filtering
+from policies.nh_orca import WALL_HORIZON
 from policies.trainer import Trainer
 from policies.training_settings import TrainingSettings
 from safefilter.wrappers import SafeVectorAction
@@ -126,7 +127,7 @@ def _filter() -> sf.SafetyFilter:
     drive = sf.DifferentialDrive(MAX_SPEED, MAX_TURN_RATE, DT, tracking_error=0.02)
     rows: list[sf.Constraint] = [
         sf.PriorityORCA(2.0, leg="norm"),
-        sf.StaticObstacles(1.0),
+        sf.StaticObstacles(WALL_HORIZON),
         sf.Separation(DT),
     ]
     return sf.SafetyFilter(rows, drive)
