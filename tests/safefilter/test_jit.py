@@ -212,15 +212,23 @@ def test_kernels_work_where_no_folder_can_be_written(monkeypatch: pytest.MonkeyP
     assert kernel(plus_one)(1.0) == 2.0
 
 
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where numba keeps what is compiled within the test."""
+    folder = tmp_path / "cache"
+    monkeypatch.setattr(numba_config, "CACHE_DIR", str(folder))
+    return folder
+
+
 @compiled_only
 @pytest.mark.parametrize("content", [b"", b"no pickle", pickle.dumps("0.0")[:-3]])
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
 def test_a_cache_that_cannot_be_read_is_made_anew(
-    tmp_path: Path, suffix: str, content: bytes
+    tmp_path: Path, cache: Path, suffix: str, content: bytes
 ) -> None:
     (tmp_path / "one.py").write_text(KERNEL, encoding="utf-8")
     assert loaded(tmp_path / "one.py").one() == 1
-    (file,) = (tmp_path / "__pycache__").glob(f"*.{suffix}")
+    (file,) = cache.rglob(f"*.{suffix}")
     file.write_bytes(content)
     # Once to find that out, and once more from the cache that was made then.
     for hits in (0, 1):
@@ -230,32 +238,32 @@ def test_a_cache_that_cannot_be_read_is_made_anew(
 
 
 @compiled_only
-def test_a_cache_of_types_that_have_moved_is_made_anew(tmp_path: Path) -> None:
+def test_a_cache_of_types_that_have_moved_is_made_anew(tmp_path: Path, cache: Path) -> None:
     (tmp_path / "one.py").write_text(KERNEL, encoding="utf-8")
     assert loaded(tmp_path / "one.py").one() == 1
-    (index,) = (tmp_path / "__pycache__").glob("*.nbi")
+    (index,) = cache.rglob("*.nbi")
     # As an earlier version may have left it: numba reads its own version first, then the rest.
     index.write_bytes(pickle.dumps(numba.__version__) + b"cnowhere\nMoved\n.")
     assert loaded(tmp_path / "one.py").one() == 1
 
 
 @compiled_only
-def test_an_index_that_is_cut_off_is_made_anew(tmp_path: Path) -> None:
+def test_an_index_that_is_cut_off_is_made_anew(tmp_path: Path, cache: Path) -> None:
     (tmp_path / "one.py").write_text(KERNEL, encoding="utf-8")
     assert loaded(tmp_path / "one.py").one() == 1
-    (index,) = (tmp_path / "__pycache__").glob("*.nbi")
+    (index,) = cache.rglob("*.nbi")
     index.write_bytes(index.read_bytes()[:-5])
     assert loaded(tmp_path / "one.py").one() == 1
 
 
 @compiled_only
 def test_code_that_was_left_for_other_arguments_is_not_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source = KERNEL.replace("one() -> int", "one(x)").replace("return 1", "return x + 1")
     (tmp_path / "one.py").write_text(source, encoding="utf-8")
     assert loaded(tmp_path / "one.py").one(1.5) == 2.5
-    (index,) = (tmp_path / "__pycache__").glob("*.nbi")
+    (index,) = cache.rglob("*.nbi")
     index.write_bytes(b"")
 
     def killed(*_: object) -> None:
@@ -266,13 +274,14 @@ def test_code_that_was_left_for_other_arguments_is_not_run(
     # The index says by now where the code for integers is, and the code for real numbers lies there.
     with pytest.raises(KeyboardInterrupt):
         again(1)
-    assert len(list((tmp_path / "__pycache__").glob("*.nbc"))) == 1
+    assert len(list(cache.rglob("*.nbc"))) == 1
     last = loaded(tmp_path / "one.py").one
     assert type(last(1)) is int
     assert not last.stats.cache_hits
 
 
 @compiled_only
+@pytest.mark.usefixtures("cache")
 def test_a_cache_that_may_not_be_read_is_an_error_and_stays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
