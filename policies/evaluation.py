@@ -104,7 +104,7 @@ def run_episodes(
             first_episode=first,
             lateness=lateness,
             resets=False,
-            spares_resting=True,
+            rest_horizon=filtering.time_horizon,
         )
         parts.append(rollout.results)
     return RobotResults.joined(parts)

@@ -58,7 +58,12 @@ def preferred_velocity(world: World, roadmap: Roadmap | None = None) -> FloatArr
 
 
 def orca_filter(
-    world: World, dt: float, *, leg: Leg = "nearest", right_bias: float = 0.0
+    world: World,
+    dt: float,
+    *,
+    leg: Leg = "nearest",
+    right_bias: float = 0.0,
+    time_horizon: float = TIME_HORIZON,
 ) -> SafetyFilter:
     """The filter for all robots of all worlds, each with its own greatest speed; its rows rule collisions out.
 
@@ -67,9 +72,10 @@ def orca_filter(
         dt: Duration of a step, in s.
         leg: See `PriorityORCA`.
         right_bias: See `SafetyFilter`, in rad.
+        time_horizon: Of the soft rows against robots, in s.
     """
     constraints: list[Constraint] = [
-        PriorityORCA(TIME_HORIZON, leg=leg),
+        PriorityORCA(time_horizon, leg=leg),
         StaticObstacles(WALL_HORIZON),
         Separation(dt),
     ]

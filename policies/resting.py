@@ -19,7 +19,7 @@ import numpy as np
 from envs.navigation import Navigation
 from envs.sensing import SensedArrays
 from envs.world import over_worlds
-from policies.nh_orca import TIME_HORIZON, TRACKING_ERROR
+from policies.nh_orca import TRACKING_ERROR
 from safefilter.arrays import BoolArray, FloatArray
 from safefilter.jit import kernel
 
@@ -27,12 +27,13 @@ SLACK = 2.0 * TRACKING_ERROR + 0.01
 """Further than a robot can come in the time horizon, in m: what radii are grown by, and a centimetre for roundings."""
 
 
-def find_resting(navigation: Navigation, actions: FloatArray) -> BoolArray:
+def find_resting(navigation: Navigation, actions: FloatArray, time_horizon: float) -> BoolArray:
     """Robots that have arrived, stand, want to stand, and that nobody can come to within the time horizon.
 
     Args:
         navigation: Worlds.
         actions: What is wanted, shape (W, N, 2).
+        time_horizon: Of the filter's soft rows against robots, in s.
 
     Returns:
         Shape (W, N).
@@ -41,24 +42,29 @@ def find_resting(navigation: Navigation, actions: FloatArray) -> BoolArray:
     stands = ~(actions.any(axis=-1) | known.velocity.any(axis=-1))
     resting = np.asarray(world.present & world.cooperative & world.arrived & stands)
     over_worlds(
-        lambda first, last: _wake(
-            first, last, known, world.radius, world.v_max, world.present, resting
-        ),
+        _wake,
         world.num_worlds,
         world.num_robots,
+        known,
+        world.radius,
+        world.v_max,
+        world.present,
+        time_horizon,
+        resting,
     )
     return resting
 
 
 @kernel
 def _wake(  # noqa: PLR0917  # a kernel takes arrays, not records
-    first_world: int,
-    last_world: int,
     known: SensedArrays,
     radius: FloatArray,
     v_max: FloatArray,
     present: BoolArray,
+    time_horizon: float,
     resting: BoolArray,
+    first_world: int,
+    last_world: int,
 ) -> None:
     """Strike those out to whom somebody can come."""
     for w in range(first_world, last_world):
@@ -68,5 +74,5 @@ def _wake(  # noqa: PLR0917  # a kernel takes arrays, not records
                     continue
                 x = known.position[w, j, 0] - known.position[w, i, 0]
                 y = known.position[w, j, 1] - known.position[w, i, 1]
-                way = TIME_HORIZON * v_max[w, j] + SLACK
+                way = time_horizon * v_max[w, j] + SLACK
                 resting[w, i] = math.hypot(x, y) - radius[w, i] - radius[w, j] > way

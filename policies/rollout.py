@@ -57,7 +57,7 @@ def roll_out(
     max_steps: int | None = None,
     lateness: Lateness = PUNCTUAL,
     resets: bool = True,
-    spares_resting: bool = False,
+    rest_horizon: float | None = None,
     watch: Callable[[Scene, FloatArray, Decision], None] = lambda *_: None,
 ) -> Rollout:
     """Drive all robots of all worlds from their starts until nobody is under way or the time is over.
@@ -74,8 +74,9 @@ def roll_out(
         lateness: How late answers come.
         resets: Reset the worlds first? Not where that has been done with the same seed and first episode: to place the
             robots of a town takes as long as to drive them for some steps.
-        spares_resting: Do robots that rest at their goals stand without asking the filter? Right for those of
-            `policies.filtering`, see `policies.resting`.
+        rest_horizon: Robots that rest at their goals stand without asking the filter where nobody can come to them
+            within so many seconds: the time horizon of the filter, of those of `policies.filtering`; see
+            `policies.resting`. None asks for all.
         watch: Told of every decision: the scene, the actions wanted, shape (B, 2), and what was decided.
 
     Returns:
@@ -96,8 +97,8 @@ def roll_out(
         case = np.zeros(world.cooperative.shape, dtype=np.int64)
         is_recorded = bool(world.present[0].any())
         deciding = world.cooperative & world.present
-        if spares_resting and safety_filter is not None:
-            resting = find_resting(navigation, actions)
+        if rest_horizon is not None and safety_filter is not None:
+            resting = find_resting(navigation, actions, rest_horizon)
             deciding &= ~resting
             case[resting] = Case.SAFE
         if safety_filter is not None and deciding.any():

@@ -11,6 +11,7 @@ from envs.observation_layout import ObservationLayout
 from envs.reward import RewardWeights
 from policies.curiosity import CuriositySettings
 from policies.filtering import OURS_WITH_MAP, Filtering
+from policies.nh_orca import TIME_HORIZON
 from policies.ppo import PPOSettings
 from safefilter.errors import OutOfRange
 
@@ -65,7 +66,7 @@ USUAL_REWARD = RewardWeights(
 )
 """Ours; those of the paper are `RewardWeights()`. Penalties of sides stand for the norm area, and progress on the
 shortest way, and its direction, for those straight ahead, which pay for driving into traps."""
-USUAL_FILTERING = replace(OURS_WITH_MAP, right_bias=0.0)
+USUAL_FILTERING = replace(OURS_WITH_MAP, right_bias=0.0, time_horizon=TIME_HORIZON)
 USUAL_COURSE = CourseSettings()
 USUAL_PPO = PPOSettings()
 

@@ -15,6 +15,7 @@ from policies.filtering import (
     WALL_RANGE,
     Filtering,
 )
+from safefilter.decision import Case
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.safety_filter import SafetyFilter
 
@@ -119,6 +120,27 @@ def test_a_bias_to_the_right_turns_robots_that_meet_head_on_to_the_right() -> No
 def test_a_bias_of_a_quarter_turn_is_refused() -> None:
     with pytest.raises(OutOfRange, match="right_bias: expected an angle within a quarter turn"):
         Filtering(right_bias=2.0)
+
+
+def test_pairs_are_kept_apart_for_as_long_as_the_horizon() -> None:
+    navigation = worlds()
+    world = navigation.world
+    # Two that face each other, with 0.9 m between them: 2.25 s at full speed.
+    world.position[0, :2] = [(0.0, 0.0), (0.9 + 2.0 * world.radius[0, 0], 0.0)]
+    world.heading[0, :2] = [0.0, np.pi]
+    world.position[0, 2:] += 50.0 * np.arange(1, 7)[:, np.newaxis]
+    world.velocity[0, :2] = [(0.2, 0.0), (-0.2, 0.0)]
+    action, scene = np.tile([0.2, 0.0], (2, 1)), navigation.scenes()
+    for horizon, is_case_1 in ((2.0, True), (2.5, False)):
+        filtering = Filtering("ours", time_horizon=horizon)
+        case = built(filtering, navigation).decide(scene, action, [0, 1]).case
+        assert ((case == Case.SAFE) == is_case_1).all()
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0])
+def test_a_horizon_that_is_no_time_is_refused(wrong: float) -> None:
+    with pytest.raises(OutOfRange, match="time_horizon: expected a number above 0"):
+        Filtering(time_horizon=wrong)
 
 
 def test_beams_are_looked_at_as_far_as_rows_reach_or_the_robots_are_refused() -> None:
