@@ -123,7 +123,7 @@ def test_a_bias_of_a_quarter_turn_is_refused() -> None:
 
 
 def test_pairs_are_kept_apart_for_as_long_as_the_horizon() -> None:
-    navigation = worlds()
+    navigation = worlds("crossroad")
     world = navigation.world
     # Two that face each other, with 0.9 m between them: 2.25 s at full speed.
     world.position[0, :2] = [(0.0, 0.0), (0.9 + 2.0 * world.radius[0, 0], 0.0)]
