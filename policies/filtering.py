@@ -148,7 +148,7 @@ def _require_range(world: World, dt: float) -> None:
 RIGHT_BIAS = 0.1
 """Of ours, in rad: robots that push each other turn to the right, so that pairs that are alike do not push for ever."""
 OURS_HORIZON = 2.5
-"""Of ours, in s: with half a second more than in training, pairs that meet agree a little sooner on who gives way."""
+"""Of ours, in s: half a second more than in training; what it changes is in docs/learning.md."""
 OFF = Filtering("off")
 """No filter."""
 OURS = Filtering(
