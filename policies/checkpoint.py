@@ -32,6 +32,8 @@ from safefilter.errors import InvalidInput
 
 FORMAT = "safefilter weights"
 VERSION = 1
+TEXTS = {"format", "card", "replaces"}
+"""What the tensors' file says beside its tensors."""
 CARD_SUFFIX = ".json"
 MAX_BYTES = 64 * 2**20
 """Largest file that is read: the paper's two networks take 0.3 MB."""
@@ -87,14 +89,15 @@ def read_weights(path: str | Path) -> Weights:
     """
     path = _named(path)
     file = TensorFile.read(path, MAX_BYTES)
-    if file.texts.get("format") != FORMAT or "card" not in file.texts:
+    # Exactly these: one whose name was damaged would count as one that is not there.
+    if file.texts.get("format") != FORMAT or file.texts.keys() != TEXTS:
         raise CheckpointForeign(
             f"{path}: tensors, but not weights of this package; write them with policies.checkpoint.write_weights"
         )
     said = _parsed(file.texts["card"], path)
     if _checksum(file.arrays, said) != said.get("sha256"):
         raise CheckpointAltered(f"{path}: tensors or card were changed after they were written")
-    _require_same_card(path, said, file.texts.get("replaces", ""))
+    _require_same_card(path, said, file.texts["replaces"])
     try:
         card = Card.of(said.get("card"), "its card")
         # Their type is for `Weights` to check.

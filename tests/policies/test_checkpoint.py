@@ -190,13 +190,22 @@ def test_every_cut_is_noticed(path: Path) -> None:
 
 def test_every_changed_byte_is_noticed(path: Path) -> None:
     whole = path.read_bytes()
-    for place in {*range(0, len(whole), 61), *range(9), len(whole) - 1}:
+    header = 8 + int.from_bytes(whole[:8], "little")
+    # Each byte of the header, because its texts come in another order in every file.
+    for place in {*range(header), *range(header, len(whole), 61), len(whole) - 1}:
         changed = bytearray(whole)
         changed[place] ^= 1 << (place % 8)
         path.write_bytes(changed)
         # What a file replaced is the one thing that it says without a checksum; it is empty here.
         with pytest.raises(CheckpointError):
             read_weights(path)
+
+
+@pytest.mark.parametrize("name", ["format", "card", "replaces"])
+def test_a_text_by_another_name_is_noticed(path: Path, name: str) -> None:
+    edit_metadata(path, lambda texts: texts.update({name.upper(): texts.pop(name)}))
+    with pytest.raises(CheckpointForeign, match="not weights of this package"):
+        read_weights(path)
 
 
 def test_changed_tensors_are_called_altered(path: Path) -> None:
