@@ -192,10 +192,8 @@ def drive(navigation: Navigation, safety_filter: SafetyFilter | None, num_steps:
         actions = steer(world, world.preferred_velocity())
         if safety_filter is not None:
             actions = navigation.wanted(actions)
-            cooperative = world.cooperative.ravel()
-            index = np.flatnonzero(cooperative)
-            rows = actions.reshape(-1, 2)
-            rows[index] = safety_filter.decide(navigation.scenes(), rows[index], index).action
+            decision = navigation.decide(safety_filter, actions)
+            actions.reshape(-1, 2)[decision.index] = decision.action
         outcome = navigation.step(actions)
         ended = outcome.over | outcome.timed_out
         if ended.any():

@@ -23,9 +23,10 @@ from envs.collision_kernel import (
 from envs.dynamics import Movement
 from envs.robot_grid_kernel import empty_robot_grid, sort_robots
 from envs.walls import WallArrays, WallMap, most_entries
-from envs.world import World, over_worlds
+from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import kernel
+from safefilter.threads import over_worlds
 
 __all__ = ["CONTACT_TOLERANCE", "Bodies", "Contacts", "find_contacts", "start_clearances"]
 

@@ -16,10 +16,11 @@ from envs.robot_grid_kernel import empty_robot_grid, sort_robots
 from envs.rules import Rules
 from envs.sensing import Sensing
 from envs.walls import WallArrays
-from envs.world import World, over_worlds
+from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray, IntArray, frozen
 from safefilter.jit import kernel
 from safefilter.lidar import Lidar
+from safefilter.threads import over_worlds
 
 PERFECT = Sensing()
 

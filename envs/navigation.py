@@ -15,30 +15,30 @@ from envs.crowd import Crowd, Crowded
 from envs.crowd_kernel import Gait, walk_worlds
 from envs.dynamics import Movement
 from envs.fleet import Fleet
+from envs.known_worlds import KnownWorlds
 from envs.lidar import scan_walls
 from envs.observation import Observer
 from envs.observation_layout import ObservationLayout, Observations
 from envs.outcome import Outcome
 from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
-from envs.scene_state import scene_state
 from envs.sensing import Sensing
 from envs.snapshot import Parts, Snapshot
 from envs.step_kernel import Motion, StepInputs, step_worlds
-from envs.walls import WallMap
-from envs.world import World, over_worlds
+from envs.world import World, actions_of_active
 from safefilter.arrays import (
     BoolArray,
     FloatArray,
-    all_true,
     finite_array,
-    frozen,
+    numbers_of_shape,
     require_positive,
 )
+from safefilter.decision import Decision
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.kept import Kept
-from safefilter.outlines import OwnWalls
+from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
+from safefilter.threads import over_worlds
 
 
 class Navigation:
@@ -100,11 +100,8 @@ class Navigation:
         self._settings = self.rules.settings(drives=self.world.is_differential)
         self._robots = self.world.arrays
         self._kept: Kept[StepInputs] | None = None
-        # Another moment's walls: nothing is kept yet.
-        self._kept_map = (WallMap(1).arrays, slice(0), OwnWalls.none(0))
+        self._known = KnownWorlds(self.world, self.observer.sensed.arrays, self.rules)
         self._generators = [np.random.default_rng() for _ in range(num_worlds)]
-        # Rising, with room between worlds for those who are gone: worlds stay blocks of rows. Scenes share it.
-        self._world_numbers = frozen(np.repeat((shape[1] + 1) * np.arange(num_worlds), shape[1]))
 
     def reset(
         self, seed: int | None = None, *, worlds: npt.ArrayLike = True, first_episode: int = 0
@@ -208,9 +205,39 @@ class Navigation:
             actions: Shape (W, N, 2).
 
         Returns:
-            Shape (W, N, 2).
+            A new array of shape (W, N, 2).
+
+        Raises:
+            ShapeError: If the shape is another.
         """
-        return np.where(self.world.active[..., np.newaxis], actions, 0.0)
+        world = self.world
+        given = np.ascontiguousarray(numbers_of_shape(actions, "actions", world.position.shape))
+        # Whoever writes to integers loses what is behind the point.
+        given = given if given.dtype.kind == "f" else given.astype(np.float64)
+        return actions_of_active(given, world.present, world.arrived, world.collided, world.person)
+
+    def decide(
+        self, safety_filter: SafetyFilter, actions: FloatArray, chosen: BoolArray | None = None
+    ) -> Decision:
+        """What a filter decides for robots of all worlds, now: as for `scenes`, bit for bit, and mostly faster.
+
+        Args:
+            safety_filter: Decides.
+            actions: What all want to do, shape (W, N, 2).
+            chosen: Robots to decide for, shape (W, N); None: all that cooperate.
+
+        Returns:
+            Decisions; those for robot i of world w have the index w N + i.
+
+        Raises:
+            SafeFilterError: As `SafetyFilter.decide`.
+        """
+        if self.rules.num_beams == 0 and safety_filter.is_compiled:
+            return safety_filter.decide_worlds(self._known.of(), actions, chosen)
+        deciding = self.world.cooperative if chosen is None else chosen
+        index = np.flatnonzero(deciding)
+        scene = self.scenes(actions, scanning=deciding)
+        return safety_filter.decide(scene, actions.reshape(-1, 2)[index], index)
 
     def scenes(
         self, actions: FloatArray | None = None, *, scanning: BoolArray | None = None
@@ -224,12 +251,7 @@ class Navigation:
             scanning: Robots that a filter will decide for, shape (W, N); None: all. Where there is no map, the others
                 know no wall.
         """
-        numbers = self._world_numbers
-        if not all_true(self.world.present):
-            gone = np.flatnonzero(~self.world.present.ravel())
-            numbers = numbers.copy()
-            numbers[gone] += 1 + gone % self.world.num_robots
-        return self._scene(slice(None), numbers, actions, scanning)
+        return self._scene(slice(None), actions, scanning)
 
     def scene(self, world: int = 0, actions: FloatArray | None = None) -> Scene:
         """One world as a scene of N robots.
@@ -238,10 +260,7 @@ class Navigation:
             world: Number of the world.
             actions: What all want to do, shape (W, N, 2), for filters that share it.
         """
-        numbers = np.zeros(self.world.num_robots, dtype=np.int64)
-        gone = np.flatnonzero(~self.world.present[world])
-        numbers[gone] = 1 + gone
-        return self._scene(slice(world, world + 1), numbers, actions)
+        return self._scene(slice(world, world + 1), actions)
 
     @property
     def time(self) -> FloatArray:
@@ -258,32 +277,18 @@ class Navigation:
         return kept
 
     def _scene(
-        self,
-        worlds: slice,
-        numbers: npt.NDArray[np.int64],
-        actions: FloatArray | None,
-        scanning: BoolArray | None = None,
+        self, worlds: slice, actions: FloatArray | None, scanning: BoolArray | None = None
     ) -> Scene:
-        world, known = self.world, self.observer.sensed.arrays
-        has_map = self.rules.num_beams == 0
-        wanted = None
+        world = self.world
+        wanted = lidar = None
         if actions is not None:
             # People do not tell: what is seen of them has to do.
             told = self._movement(actions).mean_velocity
-            told[world.person] = known.velocity[world.person]
-            wanted = told
-        return Scene.of_state(
-            scene_state(world, known, worlds, wanted),
-            heading=known.heading[worlds].flatten(),
-            cooperative=world.cooperative[worlds].flatten(),
-            has_wanted=wanted is not None,
-            world=numbers,
-            reach=self.rules.sensing_range,
-            own_walls=self._map(worlds) if has_map else None,
-            lidar=None
-            if has_map
-            else scan_walls(world, self.rules, self.observer.sensed.sensing, worlds, scanning),
-        )
+            told[world.person] = self.observer.sensed.arrays.velocity[world.person]
+            wanted = np.ascontiguousarray(told[worlds])
+        if self.rules.num_beams > 0:
+            lidar = scan_walls(world, self.rules, self.observer.sensed.sensing, worlds, scanning)
+        return self._known.of(worlds).scene(wanted=wanted, lidar=lidar)
 
     def _walk(self, crowd: Crowd, action: FloatArray) -> None:
         """Replace the actions of people by what they do."""
@@ -299,23 +304,6 @@ class Navigation:
             dt=self.rules.dt,
         )
         over_worlds(walk, world.num_worlds, world.num_robots)
-
-    def _map(self, worlds: slice) -> OwnWalls:
-        """Walls of the worlds: each robot knows those of its own world. Kept as long as no wall changes."""
-        arrays = self.world.walls.arrays
-        kept_arrays, kept_worlds, kept = self._kept_map
-        if kept_arrays is arrays and kept_worlds == worlds:
-            return kept
-        maps = np.repeat(arrays.map_of[worlds], self.world.num_robots)
-        first, count = arrays.first_wall[maps], arrays.num_walls[maps]
-        lowest, end = int(first.min()), int((first + count).max())
-        ranges = np.stack([first, first + count], axis=1) - lowest
-        # They were checked when the maps were laid out, and are never written to.
-        known = OwnWalls(
-            frozen(arrays.segment[lowest:end]), frozen(ranges), int(count.max(initial=0))
-        )
-        self._kept_map = arrays, worlds, known
-        return known
 
     def _movement(self, actions: FloatArray) -> Movement:
         world = self.world

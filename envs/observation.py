@@ -32,10 +32,11 @@ from envs.sensing import Sensed, SensedArrays, Sensing
 from envs.step_kernel import RobotArrays
 from envs.trail import NUM_SECTORS
 from envs.walls import WallArrays
-from envs.world import World, over_worlds
+from envs.world import World
 from safefilter.arrays import BoolArray, IntArray
 from safefilter.jit import kernel
 from safefilter.kept import Kept, KeptRecord
+from safefilter.threads import over_worlds
 
 
 class Observer:

@@ -16,11 +16,11 @@ from envs import reward_terms as terms
 from envs.norm_area import NormArea
 from envs.social_norms import norm_overlaps
 from envs.transition import Transition
-from envs.world import over_worlds
 from envs.wrong_side import wrong_sides
 from safefilter.arrays import BoolArray, FloatArray, finite_array
 from safefilter.errors import InvalidInput
 from safefilter.jit import formula, kernel
+from safefilter.threads import over_worlds
 
 PAPER_AREA = NormArea.of_paper()
 

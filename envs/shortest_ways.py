@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from envs.distance_field import Grid, fill_field, length_at
 from envs.scenarios.wall_kernel import wall_distances
-from envs.world import World, over_worlds
+from envs.world import World
 from safefilter.arrays import BoolArray, FloatArray
 from safefilter.jit import kernel
+from safefilter.threads import over_worlds
 
 SPACING = 0.1
 """Between the points of the grid, in m."""

@@ -6,22 +6,20 @@ Letters: W worlds, N robots a world. SI units.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, fields
-from typing import Self, cast
+from typing import Any, Self, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
-from envs.step_kernel import RobotArrays, find_active
+from envs.step_kernel import RobotArrays, find_active, is_under_way
 from envs.walls import WallMap
 from safefilter.arrays import ArrayT, BoolArray, FloatArray, IntArray
 from safefilter.errors import ShapeError
 from safefilter.jit import formula, kernel
-from safefilter.threads import MIN_ITEMS, over_ranges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,19 +167,21 @@ class World:
         return velocity
 
 
-def over_worlds(
-    work: Callable[..., object], num_worlds: int, num_robots: int, *given: object
-) -> None:
-    """Call ``work(*given, first, last)`` for ranges of worlds, in parallel where there are robots enough to pay."""
-    # Few worlds are short: a microsecond less than by way of ranges.
-    if num_worlds * num_robots < MIN_ITEMS:
-        work(*given, 0, num_worlds)
-        return
-    # Ranges are of robots, and a world belongs to that of its first one.
-    over_ranges(
-        lambda first, last: work(*given, -(-first // num_robots), -(-last // num_robots)),
-        num_worlds * num_robots,
-    )
+@kernel
+def actions_of_active(
+    actions: npt.NDArray[Any],
+    present: BoolArray,
+    arrived: BoolArray,
+    collided: BoolArray,
+    person: BoolArray,
+) -> npt.NDArray[Any]:
+    """Actions of robots under way, shape (W, N, 2); zero for all others."""
+    executed = np.zeros_like(actions)
+    for w in range(present.shape[0]):
+        for i in range(present.shape[1]):
+            if is_under_way(present[w, i], arrived[w, i], collided[w, i], person[w, i]):
+                executed[w, i, 0], executed[w, i, 1] = actions[w, i, 0], actions[w, i, 1]
+    return executed
 
 
 def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:

@@ -158,12 +158,10 @@ class Course:
         """Replace commands by what the filter decides; returns how far it moved the velocities, in m/s."""
         if self._filter is None:
             return None
-        index = np.flatnonzero(acted.ravel())
-        scene = self.navigation.scenes(commands)
-        decision = self._filter.decide(scene, commands.reshape(-1, 2)[index], index)
-        commands.reshape(-1, 2)[index] = decision.action
+        decision = self.navigation.decide(self._filter, commands, acted)
+        commands.reshape(-1, 2)[decision.index] = decision.action
         correction = np.zeros(acted.shape)
-        correction.reshape(-1)[index] = decision.correction
+        correction.reshape(-1)[decision.index] = decision.correction
         return correction
 
     def _rebuild_filter(self) -> None:

@@ -163,16 +163,15 @@ def drive_steps(trial: DriveTrial, way: Way = "filter on") -> Iterator[DriveStep
         robots = np.nonzero(cooperative)
         decision = None
         if safety_filter is not None and len(robots[0]) > 0:
-            scene, index = navigation.scenes(actions), np.flatnonzero(cooperative.ravel())
-            wanted = actions[robots].astype(dtype)
-            decision = safety_filter.decide(scene, wanted, index)
+            wanted = actions[robots]
+            decision = navigation.decide(safety_filter, actions.astype(dtype))
             actions[robots] = decision.action
             if way == "cap off" and isinstance(trial.kinematics, DifferentialDrive):
                 actions[robots] = uncut_commands(
                     trial.kinematics.drive,
-                    wanted.astype(np.float64),
-                    require_headings(scene)[index],
-                    navigation.world.v_max.ravel()[index],
+                    wanted,
+                    require_headings(navigation.scenes())[decision.index],
+                    navigation.world.v_max.ravel()[decision.index],
                     decision.velocity,
                     decision.case == Case.SAFE,
                 )

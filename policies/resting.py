@@ -18,10 +18,10 @@ import numpy as np
 
 from envs.navigation import Navigation
 from envs.sensing import SensedArrays
-from envs.world import over_worlds
 from policies.nh_orca import TRACKING_ERROR
 from safefilter.arrays import BoolArray, FloatArray
 from safefilter.jit import kernel
+from safefilter.threads import over_worlds
 
 SLACK = 2.0 * TRACKING_ERROR + 0.01
 """Further than a robot can come in the time horizon, in m: what radii are grown by, and a centimetre for roundings."""

@@ -110,19 +110,43 @@ def is_within(position: FloatArray, world: IntArray, i: int, j: int, reach_squar
     return x * x + y * y <= reach_squared
 
 
+@formula
+def list_pairs(
+    position: FloatArray,
+    world: IntArray,
+    reach: float,
+    first: int,
+    last: int,
+    start: IntArray,
+    neighbours: IntArray,
+) -> None:
+    """Write the lists of robots [first, last), who meet nobody else, behind those of all before them.
+
+    Args:
+        position: Centres, shape (N, 2), in m.
+        world: Number of the world each robot is in, shape (N,).
+        reach: Largest distance of centres, in m.
+        first: First robot.
+        last: One past the last robot.
+        start: Where lists start, shape (N + 1,); known up to ``first``.
+        neighbours: Room for the lists.
+    """
+    count = start[first]
+    for i in range(first, last):
+        for j in range(first, last):
+            if is_within(position, world, i, j, reach * reach):
+                neighbours[count] = j
+                count += 1
+        start[i + 1] = count
+
+
 @kernel
 def _all_pairs(position: FloatArray, world: IntArray, reach: float) -> tuple[IntArray, IntArray]:
     num_robots = len(position)
     start = np.zeros(num_robots + 1, dtype=np.int64)
     neighbours = np.empty(num_robots * max(0, num_robots - 1), dtype=np.int64)
-    count = 0
-    for i in range(num_robots):
-        for j in range(num_robots):
-            if is_within(position, world, i, j, reach * reach):
-                neighbours[count] = j
-                count += 1
-        start[i + 1] = count
-    return start, neighbours[:count].copy()
+    list_pairs(position, world, reach, 0, num_robots, start, neighbours)
+    return start, neighbours[: start[num_robots]].copy()
 
 
 @kernel
@@ -157,15 +181,9 @@ def _pairs_in_blocks(
         most += size * (size - 1)
     start = np.zeros(len(position) + 1, dtype=np.int64)
     neighbours = np.empty(most, dtype=np.int64)
-    count = 0
     for b in range(len(blocks) - 1):
-        for i in range(blocks[b], blocks[b + 1]):
-            for j in range(blocks[b], blocks[b + 1]):
-                if is_within(position, world, i, j, reach * reach):
-                    neighbours[count] = j
-                    count += 1
-            start[i + 1] = count
-    return start, neighbours[:count].copy()
+        list_pairs(position, world, reach, blocks[b], blocks[b + 1], start, neighbours)
+    return start, neighbours[: start[len(position)]].copy()
 
 
 @formula

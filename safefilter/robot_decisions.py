@@ -16,12 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from safefilter.arguments import require_flag
-from safefilter.arrays import FloatArray, IntArray, finite_array, number_array
+from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array, number_array
 from safefilter.backend_answer import Solvers, ask_backend
-from safefilter.batch.handed import Handed, Limits, make_rules, speed_limits
+from safefilter.batch.decide_worlds import can_decide_at_once, decide_at_once, is_refused
+from safefilter.batch.handed import Handed, Limits, make_rules, speed_limits, velocities_of
 from safefilter.batch.kernels import KERNELS
 from safefilter.batch.records import Results, empty_results, outcome_of
-from safefilter.batch.robots import robots_of
+from safefilter.batch.robots import actions_in_worlds, robots_of, robots_of_worlds
 from safefilter.batch.settings import Settings
 from safefilter.certificate import Certificate
 from safefilter.constraints.constraint import Constraint
@@ -45,6 +46,7 @@ from safefilter.scene import Scene
 from safefilter.scene_arrays import PLANE
 from safefilter.take_answer import take_answer
 from safefilter.threads import over_ranges
+from safefilter.worlds import Worlds
 
 _name_columns = source_of(outcome_of)
 # Rules are kept for all numbers of robots up to this one; those of a larger number, which are long, take their place.
@@ -52,7 +54,13 @@ MOST_KEPT = 100
 
 
 class RobotDecisions:
-    """Decides on velocities and commands of robots; arguments and errors of the public methods as in `SafetyFilter`."""
+    """Decides on velocities and commands of robots; arguments and errors of the public methods as in `SafetyFilter`.
+
+    Attributes:
+        constraints: What makes rows.
+        kinematics: What actions there are.
+        is_compiled: See `SafetyFilter.is_compiled`.
+    """
 
     def __init__(
         self,
@@ -133,6 +141,12 @@ class RobotDecisions:
             rows_each,
         )
         self._rules: dict[int, FloatArray] = {}
+        self.is_compiled = (
+            self._solvers is None
+            and self._dimension == PLANE
+            and not self._own
+            and not any(orca.needs_wanted for orca in self._orcas)
+        )
 
     def with_constraints(self, constraints: tuple[Constraint, ...]) -> RobotDecisions:
         """Obey these constraints, and share the rest."""
@@ -161,16 +175,57 @@ class RobotDecisions:
         # As bytes: searching an array takes 4 us.
         if Fault.EMPTY_HARD_SET in results["fault"].tobytes():
             self._fall_back(handed, results)
-        elapsed = perf_counter() - start
+        return self._decision(
+            results,
+            handed.wanted,
+            handed.index,
+            is_single=handed.is_single,
+            build_time=built,
+            solve_time=perf_counter() - start - built,
+        )
+
+    def decide_worlds(
+        self, worlds: Worlds, action: npt.ArrayLike, chosen: BoolArray | None
+    ) -> Decision:
+        """Decide what executes in many worlds."""
+        start = perf_counter()
+        given = actions_in_worlds(worlds, action)
+        index = robots_of_worlds(worlds, chosen)
+        # Nobody has decided for so many robots yet? Then that is checked by the way of the scene.
+        rules = self._rules.get(worlds.num_robots) if self.is_compiled else None
+        is_driven = self._settings.drive.is_used
+        if rules is not None and can_decide_at_once(worlds, is_driven=is_driven):
+            asked, results = decide_at_once(worlds, given, index, rules, is_driven=is_driven)
+            if not is_refused(results):
+                return self._decision(
+                    results,
+                    velocities_of(asked),
+                    index,
+                    is_single=given.dtype == np.float32,
+                    build_time=0.0,
+                    solve_time=perf_counter() - start,
+                )
+        return self.decide(worlds.scene(), given.reshape(-1, PLANE)[index], index)
+
+    def _decision(
+        self,
+        results: Results,
+        wanted: FloatArray,
+        index: IntArray,
+        *,
+        is_single: bool,
+        build_time: float,
+        solve_time: float,
+    ) -> Decision:
         executed = results["action"]
         return Decision.of_columns(
             results.__getitem__,
-            action=executed.astype(np.float32) if handed.is_single else executed,
-            wanted=handed.wanted,
-            index=handed.index,
+            action=executed.astype(np.float32) if is_single else executed,
+            wanted=wanted,
+            index=index,
             backend=self._backend,
-            build_time=built,
-            solve_time=elapsed - built,
+            build_time=build_time,
+            solve_time=solve_time,
         )
 
     def half_spaces(

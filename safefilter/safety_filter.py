@@ -14,7 +14,7 @@ from functools import partial
 import numpy.typing as npt
 
 from safefilter.arguments import real_number, require_kind
-from safefilter.arrays import FloatArray, IntArray, number_array, positive_number
+from safefilter.arrays import BoolArray, FloatArray, IntArray, number_array, positive_number
 from safefilter.backend_answer import make_solvers
 from safefilter.box_decisions import BoxDecisions
 from safefilter.certificate import Certificate
@@ -26,6 +26,7 @@ from safefilter.kinematics.box import Box
 from safefilter.kinematics.holonomic import Holonomic
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.robot_decisions import RobotDecisions
+from safefilter.worlds import Worlds
 
 # 1 nm/s for robots: what counts as equal, as no violation, and as the slack delta of Case-3's second stage.
 TOLERANCE = 1e-9
@@ -180,6 +181,42 @@ class SafetyFilter:
             BackendFailed: If in a `Box` the backend is late, and there is no fallback.
         """
         return self._decisions.decide(scene, action, index)
+
+    def decide_worlds(
+        self, worlds: Worlds, action: npt.ArrayLike, chosen: BoolArray | None = None
+    ) -> Decision:
+        """Decide what executes in the worlds of a simulator, now: as `decide` for ``worlds.scene()``, bit for bit.
+
+        Where a decision `is_compiled`, and a world has up to 48 robots, one call of compiled code makes the scene of a
+        world, decides in it, and goes on to the next: there is no `Scene` of all.
+
+        Args:
+            worlds: The simulator's robots.
+            action: What the policy asks for, of all robots, shape (W, N, 2).
+            chosen: Robots to decide for, bools of shape (W, N); None: every one that cooperates.
+
+        Returns:
+            The decisions, world after world; ``index`` holds rows w N + i.
+
+        Raises:
+            InvalidInput: If ``worlds`` are no `Worlds`, or actions are those of a `Box`.
+            ShapeError: If ``action`` or ``chosen`` has another shape or dtype.
+            SafeFilterError: As `Scene.from_world` and `decide`.
+        """
+        if not isinstance(self._decisions, RobotDecisions):
+            raise InvalidInput(
+                "worlds: they are of robots, and this filter is for a Box of actions; use decide"
+            )
+        return self._decisions.decide_worlds(worlds, action, chosen)
+
+    @property
+    def is_compiled(self) -> bool:
+        """Is a decision one call of compiled code that knows positions, velocities and priorities only?
+
+        For robots in the plane, unless another solver is asked, there are constraints of your own, or wanted velocities
+        are shared.
+        """
+        return isinstance(self._decisions, RobotDecisions) and self._decisions.is_compiled
 
     def half_spaces(
         self,

@@ -53,6 +53,21 @@ def over_ranges(work: Callable[..., object], num_items: int, *given: object) -> 
     _share(partial(work, *given), done, num_items, num_threads)
 
 
+def over_worlds(
+    work: Callable[..., object], num_worlds: int, num_robots: int, *given: object
+) -> None:
+    """Call ``work(*given, first, last)`` for ranges of worlds, in parallel where there are robots enough to pay."""
+    # Few worlds are short: a microsecond less than by way of ranges.
+    if num_worlds * num_robots < MIN_ITEMS:
+        work(*given, 0, num_worlds)
+        return
+    # Ranges are of robots, and a world belongs to that of its first one.
+    over_ranges(
+        lambda first, last: work(*given, -(-first // num_robots), -(-last // num_robots)),
+        num_worlds * num_robots,
+    )
+
+
 def _share(work: Callable[[int, int], object], done: int, num_items: int, num_threads: int) -> None:
     """Work on the items from ``done`` on together with helpers."""
     pool = _pools.get(num_threads)

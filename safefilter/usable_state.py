@@ -11,7 +11,7 @@ import numpy as np
 
 from safefilter.arrays import FloatArray, finite_array, require_positive
 from safefilter.errors import OutOfRange
-from safefilter.jit import kernel
+from safefilter.jit import formula, kernel
 
 # Priorities are only ever divided by sums of two: this keeps the sums finite and every share above zero.
 MAX_PRIORITY = 1e150
@@ -39,7 +39,13 @@ def require_usable(state: FloatArray, heading: FloatArray) -> None:
 
 @kernel
 def _is_usable(state: FloatArray, heading: FloatArray) -> bool:
-    """Is every number finite and within its bounds? A kernel: numpy takes 5 us for a few robots."""
+    """A kernel: numpy takes 5 us for a few robots."""
+    return is_usable(state, heading)
+
+
+@formula
+def is_usable(state: FloatArray, heading: FloatArray) -> bool:
+    """Is every number finite and within its bounds? Arguments as for `require_usable`."""
     for angle in heading:
         if not math.isfinite(angle):
             return False

@@ -45,6 +45,7 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "safefilter/testing/program_strategies.py": "test_certificate",
     "safefilter/batch/decide.py": "test_safety_filter_batch",
     "safefilter/batch/decide_in_space.py": "test_safety_filter_in_space",
+    "safefilter/batch/decide_worlds.py": "test_worlds",
     "safefilter/batch/kernels.py": "test_safety_filter_in_space",
     "safefilter/batch/program.py": "test_safety_filter_batch",
     "safefilter/batch/program_in_space.py": "test_safety_filter_in_space",

@@ -39,12 +39,17 @@ class Handed(NamedTuple):
     @property
     def wanted(self) -> FloatArray:
         """Velocities they want, shape (B, d), in m/s."""
-        return self.asked[:, :PLANE] if self.asked.shape[1] > SPACE else self.asked
+        return velocities_of(self.asked)
 
     @property
     def speed_limit(self) -> FloatArray:
         """Bounds on their executed speeds, shape (B,), in m/s."""
         return speed_limits(self.rules, len(self.scene[0]))[self.index]
+
+
+def velocities_of(asked: FloatArray) -> FloatArray:
+    """Velocities in what is asked, see `Handed`: shape (B, d), in m/s."""
+    return asked[:, :PLANE] if asked.shape[1] > SPACE else asked
 
 
 class Limits(NamedTuple):
@@ -99,14 +104,26 @@ def named(handed: tuple[Any, ...]) -> tuple[Problem, Settings]:
     """Give what is handed its names back, and take `make_rules` apart."""
     scene_parts, index, asked, user, rules, is_single = handed
     scene, settings = SceneArrays(*scene_parts), settings_of(rules)
-    num_robots, size = len(scene.state), scene.state.shape[1] // 3
+    limits = limits_of(rules, len(scene.state), scene.state.shape[1] // 3)
+    met = scene.most_neighbours + scene.most_walls
+    capacity = capacity_for(limits, settings, met) + user.shape[2]
+    return Problem(scene, index, asked, user, limits, capacity, is_single), settings
+
+
+@array_formula
+def limits_of(rules: FloatArray, num_robots: int, size: int) -> Limits:
+    """Allowed velocities in rules for so many robots that live in so many dimensions."""
     speeds = len(rules) - 2 * num_robots
     num_sides = (speeds - NUM_SETTINGS) // (size + 1)
-    limits = Limits(
+    return Limits(
         rules[speeds : speeds + num_robots],
         rules[speeds + num_robots :],
         rules[NUM_SETTINGS:speeds].reshape(size + 1, num_sides),
     )
-    met = scene.most_neighbours + scene.most_walls
-    capacity = num_sides + (settings.rows_each + 1) * met + user.shape[2]
-    return Problem(scene, index, asked, user, limits, capacity, is_single), settings
+
+
+@array_formula
+def capacity_for(limits: Limits, settings: Settings, num_met: int) -> int:
+    """Rows at most, for a decision that so many neighbours and walls matter to, without the user's."""
+    num_sides: int = limits.sides.shape[1]
+    return num_sides + (settings.rows_each + 1) * num_met

@@ -1,15 +1,19 @@
-"""Which robots a batch decides for. Letters: B decisions, N robots."""
+"""Which robots a batch decides for. Letters: B decisions, N robots (in each of W worlds)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from safefilter.arrays import BoolArray, IntArray, number_array
-from safefilter.errors import NotCooperative, OutOfRange, ShapeError
+from safefilter.errors import InvalidInput, NotCooperative, OutOfRange, ShapeError
 from safefilter.jit import kernel
 from safefilter.scene import Scene
+from safefilter.scene_arrays import PLANE
+from safefilter.worlds import Worlds
 
 
 def robots_of(scene: Scene, index: Sequence[int] | IntArray | None) -> IntArray:
@@ -49,6 +53,52 @@ def _are_cooperative(robots: IntArray, cooperative: BoolArray) -> bool:
         if robot < 0 or robot >= len(cooperative) or not cooperative[robot]:
             return False
     return True
+
+
+def robots_of_worlds(worlds: Worlds, chosen: BoolArray | None) -> IntArray:
+    """Check the robots asked for in many worlds.
+
+    Args:
+        worlds: The robots.
+        chosen: Which to decide for, shape (W, N); None: every one that cooperates.
+
+    Returns:
+        A new array of rows w N + i, shape (B,).
+
+    Raises:
+        ShapeError: If ``chosen`` is no flag a robot.
+    """
+    if chosen is None:
+        chosen = worlds.kept.record.cooperative
+    elif (
+        not isinstance(chosen, np.ndarray)
+        or chosen.dtype != np.bool_
+        or chosen.shape != worlds.shape
+    ):
+        given = number_array(chosen, "chosen", f"bools of shape {worlds.shape}")
+        raise ShapeError(
+            f"chosen: expected an array of bools of shape {worlds.shape}, got {given.dtype} of shape {given.shape}"
+        )
+    # Half a microsecond less than `np.flatnonzero`.
+    return chosen.ravel().nonzero()[0]
+
+
+def actions_in_worlds(worlds: Worlds, action: npt.ArrayLike) -> npt.NDArray[Any]:
+    """Check actions of all robots of many worlds, as they are.
+
+    Raises:
+        InvalidInput: If these are no worlds.
+        ShapeError: If they are no numbers of shape (W, N, 2).
+    """
+    if not isinstance(worlds, Worlds):
+        raise InvalidInput(f"worlds: expected Worlds, got {type(worlds).__name__}")
+    given = number_array(action, "action", "numbers of shape (W, N, 2)")
+    expected = (*worlds.shape, PLANE)
+    if given.shape != expected or given.dtype.kind not in "fiu":
+        raise ShapeError(
+            f"action: expected numbers of shape {expected}, one row a robot, got {given.dtype} of shape {given.shape}"
+        )
+    return given
 
 
 def _refuse(scene: Scene, robots: IntArray) -> None:

@@ -310,7 +310,7 @@ class Separation:
         if scene.num_robots == 0:
             return 0.0
         margins = self._margins(omega_max)
-        return _required_reach(
+        return reach_needed(
             scene.state,
             scene.cooperative,
             speed_limit,
@@ -341,7 +341,7 @@ class Separation:
 
 
 @kernel
-def _required_reach(  # a kernel takes arrays and numbers
+def reach_needed(  # a kernel takes arrays and numbers
     state: FloatArray,
     cooperative: BoolArray,
     speed_limit: FloatArray,

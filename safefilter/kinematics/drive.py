@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
-from safefilter.jit import kernel
+from safefilter.jit import formula, kernel
 from safefilter.kinematics.arc import chord_velocity
 
 # Columns of a drive's command in what is asked, behind the velocity that it amounts to.
@@ -56,8 +56,14 @@ def with_wanted_velocities(
     """
     asked = np.empty((len(index), 4))
     for k in range(len(index)):
-        asked[k, 0], asked[k, 1] = chord_velocity(
-            command[k, 0], command[k, 1], heading[index[k]], dt
-        )
-        asked[k, SPEED], asked[k, TURN_RATE] = command[k, 0], command[k, 1]
+        ask_command(asked, k, command[k, 0], command[k, 1], heading[index[k]], dt)
     return asked
+
+
+@formula
+def ask_command(
+    asked: FloatArray, k: int, speed: float, turn_rate: float, heading: float, dt: float
+) -> None:
+    """Write what decision k is asked for: the velocity that a command amounts to, and the command."""
+    asked[k, 0], asked[k, 1] = chord_velocity(speed, turn_rate, heading, dt)
+    asked[k, SPEED], asked[k, TURN_RATE] = speed, turn_rate

@@ -1,14 +1,11 @@
-import numba
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from envs.fleet import Fleet
-from envs.world import World, full_speed, over_worlds
-from safefilter import threads
+from envs.world import World, full_speed
 from safefilter.errors import ShapeError
-from safefilter.threads import MIN_ITEMS
 
 # Parts of a direction.
 PARTS = st.one_of(st.just(0.0), st.floats(1e-6, 1e6), st.floats(-1e6, -1e-6))
@@ -65,22 +62,6 @@ def test_arrays_of_many_worlds_are_laid_out_as_those_of_one() -> None:
 def test_one_speed_a_direction() -> None:
     with pytest.raises(ShapeError, match=r"speed: expected shape \(3,\), got \(2,\)"):
         full_speed(np.ones((3, 2)), np.ones(2))
-
-
-@pytest.mark.parametrize("num_threads", [1, 2])
-@pytest.mark.parametrize(("num_worlds", "num_robots"), [(3, 2), (MIN_ITEMS, 1), (50, 7)])
-def test_every_world_is_worked_on_once(num_worlds: int, num_robots: int, num_threads: int) -> None:
-    count = np.zeros(num_worlds, dtype=np.int64)
-
-    def work(given: str, first: int, last: int) -> None:
-        assert given == "given"
-        count[first:last] += 1
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(numba, "get_num_threads", lambda: num_threads)
-        patch.setattr(threads, "WORTH_SHARING", 0.0)
-        over_worlds(work, num_worlds, num_robots, "given")
-    assert (count == 1).all()
 
 
 @given(st.lists(st.tuples(PARTS, PARTS, st.floats(0.1, 10.0)), min_size=1, max_size=6))

@@ -8,12 +8,13 @@ from collections import Counter
 from time import perf_counter
 
 import numba
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from safefilter import threads
-from safefilter.threads import MIN_ITEMS, over_ranges
+from safefilter.threads import MIN_ITEMS, over_ranges, over_worlds
 
 numbers_of_items = st.one_of(
     st.integers(0, 40),
@@ -181,3 +182,19 @@ def test_a_forked_child_makes_threads_of_its_own() -> None:
         os._exit(0 if work.items() == Counter(range(2 * MIN_ITEMS)) else 1)
     _, status = os.waitpid(child, 0)
     assert os.waitstatus_to_exitcode(status) == 0
+
+
+@pytest.mark.parametrize("num_threads", [1, 2])
+@pytest.mark.parametrize(("num_worlds", "num_robots"), [(3, 2), (MIN_ITEMS, 1), (50, 7)])
+def test_every_world_is_worked_on_once(num_worlds: int, num_robots: int, num_threads: int) -> None:
+    count = np.zeros(num_worlds, dtype=np.int64)
+
+    def work(given: str, first: int, last: int) -> None:
+        assert given == "given"
+        count[first:last] += 1
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(numba, "get_num_threads", lambda: num_threads)
+        patch.setattr(threads, "WORTH_SHARING", 0.0)
+        over_worlds(work, num_worlds, num_robots, "given")
+    assert (count == 1).all()
