@@ -6,11 +6,13 @@ Letters: B decisions, M rows, d dimensions. m/s.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
+from itertools import product
 
 import numpy as np
 
 from safefilter.arguments import require_kind
-from safefilter.arrays import FloatArray, IntArray, number_array
+from safefilter.arrays import FloatArray, number_array
 from safefilter.backends.backend import Solution, Status
 from safefilter.certificate import Certificate, Claim, certify
 from safefilter.decision import Case, Decision
@@ -18,6 +20,11 @@ from safefilter.errors import OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
 from safefilter.programs.least_violation import least_violation
 from safefilter.programs.nearest_velocity import nearest_velocity
+
+WEIGHTS = {"active": "multipliers", "proof": "proof_multipliers"}
+"""Of labels, by the name of their column."""
+MOST_ALIKE = 4
+"""Rows of one label that are tried: `margins` makes three at most."""
 
 
 def check_decision(
@@ -48,29 +55,43 @@ def check_decision(
     case = Case(int(decision.case[k]))
     if case is Case.SAFE:
         return _check_safe(rows, wanted, decision, k, radius, exact=exact)
-    labels = rows.labels[k][rows.present[k]]
     relaxation = 0.0
     if case is Case.LEAST_VIOLATION:
         relaxation = float(decision.violation[k])
-        weights = _on_rows(labels, decision.proof[k], decision.proof_multipliers[k])
-        bound = certify(
-            least_violation(rows, k),
-            _answer(np.append(decision.velocity[k], relaxation), np.append(weights, 0.0)),
+        bound = _check_bound(rows, decision, k, relaxation, radius, exact=exact)
+        if not bound:
+            return bound
+    program = nearest_velocity(rows, k, wanted[k], relaxation)
+    spreads = _on_rows(rows, k, decision, relaxation, "active")
+    return _first_that_holds(
+        certify(
+            program,
+            _answer(decision.velocity[k].copy(), multipliers),
             radius=radius,
             exact=exact,
         )
-        if not bound:
-            return bound
-        if not float(weights.sum()) > 0.0:
-            return refused(
-                "Case-3 comes with no proof that the permitted set is empty", exact=exact
-            )
-    multipliers = _on_rows(labels, decision.active[k], decision.multipliers[k])
-    return certify(
-        nearest_velocity(rows, k, wanted[k], relaxation),
-        _answer(decision.velocity[k].copy(), multipliers),
-        radius=radius,
-        exact=exact,
+        for multipliers in spreads
+    )
+
+
+def _check_bound(
+    rows: HalfSpaces,
+    decision: Decision,
+    k: int,
+    relaxation: float,
+    radius: float,
+    *,
+    exact: bool,
+) -> Certificate:
+    """Check that no velocity violates less than t*."""
+    if not (decision.proof_multipliers[k][decision.proof[k, :, 0] >= 0] > 0.0).any():
+        return refused("Case-3 comes with no proof that the permitted set is empty", exact=exact)
+    program = least_violation(rows, k)
+    x = np.append(decision.velocity[k], relaxation)
+    spreads = _on_rows(rows, k, decision, relaxation, "proof")
+    return _first_that_holds(
+        certify(program, _answer(x, np.append(weights, 0.0)), radius=radius, exact=exact)
+        for weights in spreads
     )
 
 
@@ -135,14 +156,42 @@ def _answer(x: FloatArray, multipliers: FloatArray) -> Solution:
     return Solution(Status.OPTIMAL, x, multipliers, 0.0, 0.0)
 
 
-def _on_rows(labels: IntArray, named: IntArray, weights: FloatArray) -> FloatArray:
-    """Spread weights from labels to rows; a label that no row has makes them NaN, which no check accepts."""
-    spread = np.zeros(len(labels))
-    for label, weight in zip(named, weights, strict=True):
-        if label[0] < 0:
-            continue
-        place = np.flatnonzero((labels == label).all(axis=1))
-        spread[place[:1]] += weight
-        if len(place) == 0:
-            spread[:] = math.nan
-    return spread
+def _first_that_holds(certificates: Iterable[Certificate]) -> Certificate:
+    """The first valid one; the first of all if none is."""
+    tried: list[Certificate] = []
+    for certificate in certificates:
+        if certificate:
+            return certificate
+        tried.append(certificate)
+    return tried[0]
+
+
+def _on_rows(
+    rows: HalfSpaces, k: int, decision: Decision, relaxation: float, names: str
+) -> Iterator[FloatArray]:
+    """Ways to spread decision k's weights from labels to rows; a label that no row has makes them NaN.
+
+    Rows may share a label: the three against a neighbour whose place is uncertain, or the user's. Whoever weighs holds
+    the velocity, so those that come nearest to that are tried.
+
+    Args:
+        rows: Permitted sets of the batch.
+        k: Which decision.
+        decision: The decisions.
+        relaxation: By how much soft rows are violated at most.
+        names: ``active`` or ``proof``: whose weights.
+    """
+    present = rows.present[k]
+    labels, soft = rows.labels[k][present], ~rows.hard[k][present]
+    slack = rows.normals[k][present] @ decision.velocity[k] - rows.offsets[k][present]
+    nearest = np.argsort(np.abs(slack + relaxation * soft), kind="stable")
+    named, weights = getattr(decision, names)[k], getattr(decision, WEIGHTS[names])[k]
+    weights, named = weights[named[:, 0] >= 0], named[named[:, 0] >= 0]
+    places = [nearest[(labels[nearest] == label).all(axis=1)][:MOST_ALIKE] for label in named]
+    if any(len(place) == 0 for place in places):
+        yield np.full(len(labels), math.nan)
+        return
+    for chosen in product(*places):
+        spread = np.zeros(len(labels))
+        np.add.at(spread, list(chosen), weights)
+        yield spread

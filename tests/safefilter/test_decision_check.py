@@ -4,9 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import safefilter as sf
 from safefilter.decision_check import check_decision, refused
+from safefilter.testing.strategies import crowded, scenes
 
 SAFETY = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(0.2)], sf.Holonomic(0.2))
 SCENE = sf.Scene.from_world(
@@ -54,3 +57,66 @@ def test_a_label_that_no_row_has_is_refused() -> None:
 def test_a_refusal_says_why(exact: bool) -> None:
     certificate = refused("because", exact=exact)
     assert (bool(certificate), certificate.reason, certificate.exact) == (False, "because", exact)
+
+
+UNCERTAIN = [
+    sf.Uncertainty(position_error=0.02),
+    sf.Uncertainty(position_error=0.05, observation_delay=0.1, lost_messages=1),
+    sf.Uncertainty(heading_error=0.1, actuation_error=0.1),
+]
+
+
+@given(
+    scene=scenes() | crowded(),
+    uncertainty=st.sampled_from(UNCERTAIN),
+    seed=st.integers(0, 2**32),
+)
+def test_rows_of_one_neighbour_share_a_label_and_certify(
+    scene: sf.Scene, uncertainty: sf.Uncertainty, seed: int
+) -> None:
+    separation = sf.Separation(0.2, uncertainty=uncertainty)
+    safety = sf.SafetyFilter([sf.PriorityORCA(2.0), separation], sf.Holonomic(0.2))
+    index = np.flatnonzero(scene.cooperative)
+    wanted = np.random.default_rng(seed).uniform(-0.3, 0.3, (len(index), 2))
+    decision = safety.decide(scene, wanted)
+    certificates = safety.certify(scene, wanted, decision)
+    assert [certificate.reason for certificate in certificates] == [""] * len(index)
+
+
+def alike(offset: float) -> sf.HalfSpaces:
+    """A square that holds v = (1, 1) off, whose four rows have one label."""
+    sides = np.array([[[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]])
+    return sf.HalfSpaces(
+        normals=sides,
+        offsets=np.array([[-offset, -offset, -2.0, -2.0]]),
+        hard=np.ones((1, 4), dtype=np.bool_),
+        present=np.ones((1, 4), dtype=np.bool_),
+        labels=np.zeros((1, 4, 2), dtype=np.int64),
+        sources=("square",),
+    )
+
+
+def corner(weights: tuple[float, float]) -> sf.Decision:
+    """The corner of the square that is nearest to (1, 2): which of the two names is which row is not said."""
+    return replace(
+        DECISION,
+        case=np.array([2], dtype=np.int8),
+        velocity=np.array([[0.1, 0.1]]),
+        active=np.zeros((1, 2, 2), dtype=np.int64),
+        multipliers=np.array([weights]),
+        violation=np.zeros(1),
+    )
+
+
+@pytest.mark.parametrize("weights", [(0.9, 1.9), (1.9, 0.9)])
+def test_whose_weight_is_whose_is_found_out(weights: tuple[float, float]) -> None:
+    wanted = np.array([[1.0, 2.0]])
+    assert check_decision(alike(0.1), wanted, corner(weights), 0, 3.0, exact=False)
+
+
+@pytest.mark.parametrize("weights", [(0.9, 1.8), (1.4, 1.4), (2.8, 0.0), (-0.9, 1.9)])
+def test_weights_that_hold_nothing_are_refused_whoever_has_them(
+    weights: tuple[float, float],
+) -> None:
+    wanted = np.array([[1.0, 2.0]])
+    assert not check_decision(alike(0.1), wanted, corner(weights), 0, 3.0, exact=False)
