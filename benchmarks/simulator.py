@@ -192,8 +192,7 @@ def drive(navigation: Navigation, safety_filter: SafetyFilter | None, num_steps:
         actions = steer(world, world.preferred_velocity())
         if safety_filter is not None:
             actions = navigation.wanted(actions)
-            decision = navigation.decide(safety_filter, actions)
-            actions.reshape(-1, 2)[decision.index] = decision.action
+            actions, _ = navigation.decide(safety_filter, actions)
         outcome = navigation.step(actions)
         ended = outcome.over | outcome.timed_out
         if ended.any():

@@ -6,6 +6,7 @@ Letters: W worlds, N robots a world. SI units.
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,8 +25,8 @@ from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
 from envs.sensing import Sensing
 from envs.snapshot import Parts, Snapshot
-from envs.step_kernel import Motion, StepInputs, step_worlds
-from envs.world import World, actions_of_active
+from envs.step_kernel import Motion, StepInputs, actions_of_active, step_worlds
+from envs.world import World
 from safefilter.arrays import (
     BoolArray,
     FloatArray,
@@ -33,7 +34,7 @@ from safefilter.arrays import (
     numbers_of_shape,
     require_positive,
 )
-from safefilter.decision import Decision
+from safefilter.decision import Decision, with_decided
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.kept import Kept
 from safefilter.safety_filter import SafetyFilter
@@ -218,7 +219,7 @@ class Navigation:
 
     def decide(
         self, safety_filter: SafetyFilter, actions: FloatArray, chosen: BoolArray | None = None
-    ) -> Decision:
+    ) -> tuple[npt.NDArray[Any], Decision]:
         """What a filter decides for robots of all worlds, now: as for `scenes`, bit for bit, and mostly faster.
 
         Args:
@@ -227,7 +228,8 @@ class Navigation:
             chosen: Robots to decide for, shape (W, N); None: all that cooperate.
 
         Returns:
-            Decisions; those for robot i of world w have the index w N + i.
+            Actions of all robots, shape (W, N, 2), as wanted but for those decided; and the decisions: those for robot
+            i of world w have the index w N + i.
 
         Raises:
             SafeFilterError: As `SafetyFilter.decide`.
@@ -237,7 +239,8 @@ class Navigation:
         deciding = self.world.cooperative if chosen is None else chosen
         index = np.flatnonzero(deciding)
         scene = self.scenes(actions, scanning=deciding)
-        return safety_filter.decide(scene, actions.reshape(-1, 2)[index], index)
+        decision = safety_filter.decide(scene, actions.reshape(-1, 2)[index], index)
+        return with_decided(actions, decision), decision
 
     def scenes(
         self, actions: FloatArray | None = None, *, scanning: BoolArray | None = None

@@ -160,7 +160,8 @@ def _observe(
 ) -> None:
     robots, sensed, seed, walls, beams, odometry, settings = kept.record
     num_robots = robots.radius.shape[1]
-    true_grid, sensed_grid = empty_robot_grid(num_robots), empty_robot_grid(num_robots)
+    true_grid = empty_robot_grid(num_robots)
+    sensed_grid = true_grid if settings.is_exact else empty_robot_grid(num_robots)
     nearness = np.empty(2 * settings.num_beams)
     stamp = np.full(walls.num_walls.max(), -1)
     nearest = Nearest(
@@ -182,8 +183,7 @@ def _observe(
             cosine, sine = math.cos(heading), math.sin(heading)
             drives = settings.drives and not robots.person[w, i]
             write_own(written, robots, sensed, w, i, cosine, sine, drives)
-            grid = true_grid if settings.is_exact else sensed_grid
-            found = find_nearest(nearest, grid, sensed, w, i, settings.sensing_range)
+            found = find_nearest(nearest, sensed_grid, sensed, w, i, settings.sensing_range)
             for k in range(found):
                 write_neighbour(
                     written,

@@ -9,6 +9,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from envs.arcs import arc_point
 from envs.collision_kernel import ContactArrays, StepArrays, judge_robots, judge_walls
@@ -252,6 +253,23 @@ def find_active(
         for i in range(present.shape[1]):
             active[w, i] = is_under_way(present[w, i], arrived[w, i], collided[w, i], person[w, i])
     return active
+
+
+@kernel
+def actions_of_active(
+    actions: npt.NDArray[Any],
+    present: BoolArray,
+    arrived: BoolArray,
+    collided: BoolArray,
+    person: BoolArray,
+) -> npt.NDArray[Any]:
+    """Actions of robots under way, shape (W, N, 2); zero for all others."""
+    executed = np.zeros_like(actions)
+    for w in range(present.shape[0]):
+        for i in range(present.shape[1]):
+            if is_under_way(present[w, i], arrived[w, i], collided[w, i], person[w, i]):
+                executed[w, i, 0], executed[w, i, 1] = actions[w, i, 0], actions[w, i, 1]
+    return executed
 
 
 @formula

@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 from copy import deepcopy
 from dataclasses import dataclass, fields
-from typing import Any, Self, cast
+from typing import Self, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
-from envs.step_kernel import RobotArrays, find_active, is_under_way
+from envs.step_kernel import RobotArrays, find_active
 from envs.walls import WallMap
 from safefilter.arrays import ArrayT, BoolArray, FloatArray, IntArray
 from safefilter.errors import ShapeError
@@ -165,23 +165,6 @@ class World:
         velocity = np.empty(self.position.shape)
         _full_speed_to(self.position, self.goal, self.v_max, velocity)
         return velocity
-
-
-@kernel
-def actions_of_active(
-    actions: npt.NDArray[Any],
-    present: BoolArray,
-    arrived: BoolArray,
-    collided: BoolArray,
-    person: BoolArray,
-) -> npt.NDArray[Any]:
-    """Actions of robots under way, shape (W, N, 2); zero for all others."""
-    executed = np.zeros_like(actions)
-    for w in range(present.shape[0]):
-        for i in range(present.shape[1]):
-            if is_under_way(present[w, i], arrived[w, i], collided[w, i], person[w, i]):
-                executed[w, i, 0], executed[w, i, 1] = actions[w, i, 0], actions[w, i, 1]
-    return executed
 
 
 def full_speed(direction: FloatArray, speed: FloatArray) -> FloatArray:

@@ -129,7 +129,7 @@ class Course:
         wanted = to_command(raw.reshape(world.position.shape), *limits)
         commands = navigation.wanted(wanted)
         with self._stopwatch.measure("filter"):
-            correction = self._make_safe(commands, acted)
+            commands, correction = self._made_safe(commands, acted)
         with self._stopwatch.measure("simulator"):
             self._tracker.remember(world)
             outcome = navigation.step(commands)
@@ -154,15 +154,16 @@ class Course:
         self._last_step = state["last_step"].copy()
         self._rebuild_filter()
 
-    def _make_safe(self, commands: FloatArray, acted: BoolArray) -> FloatArray | None:
-        """Replace commands by what the filter decides; returns how far it moved the velocities, in m/s."""
+    def _made_safe(
+        self, commands: FloatArray, acted: BoolArray
+    ) -> tuple[FloatArray, FloatArray | None]:
+        """Commands as the filter decides them, and how far it moved the velocities, in m/s."""
         if self._filter is None:
-            return None
-        decision = self.navigation.decide(self._filter, commands, acted)
-        commands.reshape(-1, 2)[decision.index] = decision.action
+            return commands, None
+        executed, decision = self.navigation.decide(self._filter, commands, acted)
         correction = np.zeros(acted.shape)
         correction.reshape(-1)[decision.index] = decision.correction
-        return correction
+        return executed, correction
 
     def _rebuild_filter(self) -> None:
         # Speeds come with the placements, and the filter has to know them.

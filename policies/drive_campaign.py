@@ -164,8 +164,8 @@ def drive_steps(trial: DriveTrial, way: Way = "filter on") -> Iterator[DriveStep
         decision = None
         if safety_filter is not None and len(robots[0]) > 0:
             wanted = actions[robots]
-            decision = navigation.decide(safety_filter, actions.astype(dtype))
-            actions[robots] = decision.action
+            executed, decision = navigation.decide(safety_filter, actions.astype(dtype))
+            actions = executed.astype(np.float64)
             if way == "cap off" and isinstance(trial.kinematics, DifferentialDrive):
                 actions[robots] = uncut_commands(
                     trial.kinematics.drive,

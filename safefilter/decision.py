@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from enum import IntEnum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -160,6 +160,18 @@ class Decision:
     def fault_names(self) -> tuple[str, ...]:
         """Name of each decision's fault, ``NONE`` where all went well."""
         return tuple(Fault(value).name for value in self.fault)
+
+
+def with_decided(action: npt.NDArray[np.generic], decision: Decision) -> npt.NDArray[Any]:
+    """Actions of all robots of many worlds, with those that were decided: a new array, in their dtype.
+
+    Args:
+        action: Shape (W, N, 2).
+        decision: Of some of them, rows w N + i in ``index``.
+    """
+    executed = np.array(action, dtype=decision.action.dtype, order="C")
+    executed.reshape(-1, executed.shape[2])[decision.index] = decision.action
+    return executed
 
 
 _LABELS = frozenset(("active", "proof"))

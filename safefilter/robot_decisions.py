@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ import numpy.typing as npt
 from safefilter.arguments import require_flag
 from safefilter.arrays import BoolArray, FloatArray, IntArray, finite_array, number_array
 from safefilter.backend_answer import Solvers, ask_backend
-from safefilter.batch.decide_worlds import can_decide_at_once, decide_at_once, is_refused
+from safefilter.batch.decide_worlds import decide_at_once
 from safefilter.batch.handed import Handed, Limits, make_rules, speed_limits, velocities_of
 from safefilter.batch.kernels import KERNELS
 from safefilter.batch.records import Results, empty_results, outcome_of
@@ -32,7 +33,7 @@ from safefilter.constraints.row_buffers import half_spaces_from_rows
 from safefilter.constraints.separation import NO_SEPARATION, Separation
 from safefilter.constraints.static_obstacles import NO_STATIC, StaticObstacles
 from safefilter.constraints.user_rows import NO_USER_ROWS, user_rows
-from safefilter.decision import Case, Decision, Fault
+from safefilter.decision import Case, Decision, Fault, with_decided
 from safefilter.decision_check import check_decision, refused, require_decision
 from safefilter.errors import EmptyHardSet, InvalidInput, OutOfRange, ShapeError
 from safefilter.half_spaces import HalfSpaces
@@ -175,47 +176,41 @@ class RobotDecisions:
         # As bytes: searching an array takes 4 us.
         if Fault.EMPTY_HARD_SET in results["fault"].tobytes():
             self._fall_back(handed, results)
+        elapsed, wanted = perf_counter() - start, handed.wanted
         return self._decision(
-            results,
-            handed.wanted,
-            handed.index,
-            is_single=handed.is_single,
-            build_time=built,
-            solve_time=perf_counter() - start - built,
+            results, wanted, handed.index, built, elapsed, is_single=handed.is_single
         )
 
     def decide_worlds(
         self, worlds: Worlds, action: npt.ArrayLike, chosen: BoolArray | None
-    ) -> Decision:
+    ) -> tuple[npt.NDArray[Any], Decision]:
         """Decide what executes in many worlds."""
         start = perf_counter()
         given = actions_in_worlds(worlds, action)
         index = robots_of_worlds(worlds, chosen)
         # Nobody has decided for so many robots yet? Then that is checked by the way of the scene.
         rules = self._rules.get(worlds.num_robots) if self.is_compiled else None
-        is_driven = self._settings.drive.is_used
-        if rules is not None and can_decide_at_once(worlds, is_driven=is_driven):
-            asked, results = decide_at_once(worlds, given, index, rules, is_driven=is_driven)
-            if not is_refused(results):
-                return self._decision(
-                    results,
-                    velocities_of(asked),
-                    index,
-                    is_single=given.dtype == np.float32,
-                    build_time=0.0,
-                    solve_time=perf_counter() - start,
-                )
-        return self.decide(worlds.scene(), given.reshape(-1, PLANE)[index], index)
+        is_single, drive = given.dtype == np.float32, self._settings.drive
+        found = rules is not None and decide_at_once(
+            worlds, given, index, rules, is_driven=drive.is_used
+        )
+        if not found:
+            decision = self.decide(worlds.scene(), given.reshape(-1, PLANE)[index], index)
+            return with_decided(given, decision), decision
+        executed, asked, results = found
+        elapsed, wanted = perf_counter() - start, velocities_of(asked)
+        decision = self._decision(results, wanted, index, 0.0, elapsed, is_single=is_single)
+        return executed.astype(np.float32) if is_single else executed, decision
 
     def _decision(
         self,
         results: Results,
         wanted: FloatArray,
         index: IntArray,
+        built: float,
+        elapsed: float,
         *,
         is_single: bool,
-        build_time: float,
-        solve_time: float,
     ) -> Decision:
         executed = results["action"]
         return Decision.of_columns(
@@ -224,8 +219,8 @@ class RobotDecisions:
             wanted=wanted,
             index=index,
             backend=self._backend,
-            build_time=build_time,
-            solve_time=solve_time,
+            build_time=built,
+            solve_time=elapsed - built,
         )
 
     def half_spaces(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy.typing as npt
 
@@ -184,7 +185,7 @@ class SafetyFilter:
 
     def decide_worlds(
         self, worlds: Worlds, action: npt.ArrayLike, chosen: BoolArray | None = None
-    ) -> Decision:
+    ) -> tuple[npt.NDArray[Any], Decision]:
         """Decide what executes in the worlds of a simulator, now: as `decide` for ``worlds.scene()``, bit for bit.
 
         Where a decision `is_compiled`, and a world has up to 48 robots, one call of compiled code makes the scene of a
@@ -196,7 +197,8 @@ class SafetyFilter:
             chosen: Robots to decide for, bools of shape (W, N); None: every one that cooperates.
 
         Returns:
-            The decisions, world after world; ``index`` holds rows w N + i.
+            Actions of all robots, shape (W, N, 2), as asked for but for those decided; and the decisions, world after
+            world: ``index`` holds rows w N + i.
 
         Raises:
             InvalidInput: If ``worlds`` are no `Worlds`, or actions are those of a `Box`.

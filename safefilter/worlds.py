@@ -67,8 +67,9 @@ class Worlds:
         ...     present=each > 0.0,
         ... )
         >>> safety = SafetyFilter([PriorityORCA(2.0), Separation(0.2)], Holonomic(v_max=0.2))
-        >>> bool(safety.decide_worlds(worlds, np.full((100, 2, 2), 0.1)).certified.all())
-        True
+        >>> executed, decision = safety.decide_worlds(worlds, np.full((100, 2, 2), 0.1))
+        >>> executed.shape, bool(decision.certified.all())
+        ((100, 2, 2), True)
     """
 
     __slots__ = ("has_headings", "kept", "own_walls", "shape")

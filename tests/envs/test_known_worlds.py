@@ -59,13 +59,14 @@ def test_decisions_are_those_of_the_scenes(
         world.present[number % 3, number % world.num_robots] &= number < 6
         actions = navigation.wanted(wishes(navigation, number))
         chosen = world.cooperative & (np.arange(world.num_robots) % 2 == 0) if number % 3 else None
-        decision = navigation.decide(safety, actions, chosen)
+        executed, decision = navigation.decide(safety, actions, chosen)
         index = np.flatnonzero(world.cooperative if chosen is None else chosen)
         expected = safety.decide(navigation.scenes(actions), actions.reshape(-1, 2)[index], index)
         for name in ("action", "wanted", "case", "active", "multipliers", "index", "certified"):
             np.testing.assert_array_equal(getattr(decision, name), getattr(expected, name))
         actions.reshape(-1, 2)[index] = decision.action
-        outcome = navigation.step(actions)
+        np.testing.assert_array_equal(executed, actions, strict=True)
+        outcome = navigation.step(executed)
         # People may walk into robots, and noise is not allowed for.
         is_exact = "sensing" not in settings and not world.person.any()
         assert not (is_exact and (outcome.hit_robot.any() or outcome.hit_wall.any()))
@@ -75,7 +76,7 @@ def test_other_walls_are_known_at_once() -> None:
     navigation, safety = make(Town(num_robots=6)), make_filter()
     for number in range(6):
         actions = wishes(navigation, number)
-        decision = navigation.decide(safety, actions)
+        _, decision = navigation.decide(safety, actions)
         expected = safety.decide(
             navigation.scenes(), actions.reshape(-1, 2)[decision.index], decision.index
         )
