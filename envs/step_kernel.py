@@ -14,7 +14,7 @@ import numpy.typing as npt
 from envs.arcs import arc_point
 from envs.collision_kernel import ContactArrays, StepArrays, judge_robots, judge_walls
 from envs.dynamics import start_motion
-from envs.robot_grid_kernel import empty_robot_grid, sort_robots
+from envs.robot_grid_kernel import RobotGrid, empty_robot_grid, sort_robots
 from envs.walls import WallArrays, most_entries
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import array_formula, formula, kernel
@@ -369,10 +369,25 @@ def step_worlds(
         last_world: One past the last one.
     """
     inputs: StepInputs = kept.record
-    robots, walls, settings, motion = inputs.robots, inputs.walls, inputs.settings, inputs.motion
+    grid = empty_robot_grid(inputs.robots.radius.shape[1])
+    squared = np.empty(most_entries(inputs.walls))
     contacts, outcome = named_blocks(blocks)
-    grid = empty_robot_grid(robots.radius.shape[1])
-    squared = np.empty(most_entries(walls))
+    step_range(inputs, action, contacts, outcome, grid, squared, first_world, last_world)
+
+
+@formula
+def step_range(
+    inputs: StepInputs,
+    action: FloatArray,
+    contacts: ContactArrays,
+    outcome: OutcomeArrays,
+    grid: RobotGrid,
+    squared: FloatArray,
+    first_world: int,
+    last_world: int,
+) -> None:
+    """As `step_worlds`, with room to work in. A formula: to count references to all arrays takes half a microsecond."""
+    robots, walls, settings, motion = inputs.robots, inputs.walls, inputs.settings, inputs.motion
     step = StepArrays(
         robots.position,
         motion.displacement,
