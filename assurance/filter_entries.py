@@ -117,6 +117,29 @@ def certify_altered(field: str, value: Any) -> object:
     return robots().certify(scene(), action, replace(decision, **{field: value}))
 
 
+def world_arrays() -> dict[str, Any]:
+    """Arguments of `Worlds`: one world of two robots."""
+    one, position = np.ones((1, 2)), np.zeros((1, 2, 2))
+    position[0, 1, 0] = 1.0
+    return {
+        "position": position,
+        "velocity": np.zeros((1, 2, 2)),
+        "radius": 0.2 * one,
+        "priority": one.copy(),
+        "cooperative": one > 0.0,
+        "present": one > 0.0,
+        "heading": np.zeros((1, 2)),
+        "reach": 5.0,
+        "own_walls": OwnWalls.of([[[3.0, 0.0], [3.0, 1.0]]], [[0, 1], [0, 0]]),
+    }
+
+
+def decide_in_worlds(worlds: Any, action: Any, chosen: Any = None) -> object:
+    """Decide twice: the first time for so many robots is by way of a scene, the second by compiled code alone."""
+    drives().decide_worlds(sf.Worlds(**world_arrays()), [ACTION])
+    return drives().decide_worlds(worlds, action, chosen)
+
+
 @cache
 def program() -> sf.ConvexProgram:
     """The nearest point to zero that is at least 1 in no direction."""
@@ -206,6 +229,14 @@ _ENTRIES: dict[str, tuple[Callable[..., object], Callable[[], Mapping[str, Any]]
     "decide on commands": (
         lambda **given: drives().decide(**given),
         lambda: {"scene": scene(), "action": ACTION, "index": [0, 1]},
+    ),
+    "Worlds": (
+        lambda **given: decide_in_worlds(sf.Worlds(**given), [ACTION]),
+        world_arrays,
+    ),
+    "decide in worlds": (
+        decide_in_worlds,
+        lambda: {"worlds": sf.Worlds(**world_arrays()), "action": [ACTION], "chosen": None},
     ),
     "decide in a Box": (
         lambda **given: box().decide(**given),

@@ -6,7 +6,7 @@ FUZZED: dict[str, tuple[str, ...]] = {
     "safefilter": (
         "AffineBarrier", "Box", "ConvexProgram", "DifferentialDrive", "HalfSpaces", "Holonomic", "Lidar",
         "LinearConstraint", "PriorityORCA", "SafetyFilter", "Scene", "Separation", "StaticObstacles", "Uncertainty",
-        "certify", "compare_backends", "make_backend", "register_backend", "solve",
+        "Worlds", "certify", "compare_backends", "make_backend", "register_backend", "solve",
     ),
     "safefilter.wrappers": ("SafeAction", "SafeParallelEnv", "SafePolicy", "SafeVectorAction"),
     "safefilter.differentiable": ("Projection", "as_tensors"),

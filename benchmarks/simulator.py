@@ -194,9 +194,8 @@ def drive(navigation: Navigation, safety_filter: SafetyFilter | None, num_steps:
             actions = navigation.wanted(actions)
             actions, _ = navigation.decide(safety_filter, actions)
         outcome = navigation.step(actions)
-        ended = outcome.over | outcome.timed_out
-        if ended.any():
-            navigation.reset(worlds=ended)
+        if outcome.ends.any():
+            navigation.reset(worlds=outcome.over | outcome.timed_out)
         navigation.observe()
 
 

@@ -25,7 +25,8 @@ from envs.rules import Rules
 from envs.scenarios import Placement, Scenario
 from envs.sensing import Sensing
 from envs.snapshot import Parts, Snapshot
-from envs.step_kernel import Motion, StepInputs, actions_of_active, step_worlds
+from envs.step_kernel import Motion, StepInputs, step_worlds
+from envs.under_way import actions_of_active
 from envs.world import World
 from safefilter.arrays import (
     BoolArray,

@@ -9,12 +9,12 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from envs.arcs import arc_point
 from envs.collision_kernel import ContactArrays, StepArrays, judge_robots, judge_walls
 from envs.dynamics import start_motion
 from envs.robot_grid_kernel import RobotGrid, empty_robot_grid, sort_robots
+from envs.under_way import is_under_way
 from envs.walls import WallArrays, most_entries
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.jit import array_formula, formula, kernel
@@ -230,46 +230,11 @@ def advance_world(
 
 
 @formula
-def is_under_way(present: bool, arrived: bool, collided: bool, person: bool) -> bool:
-    """Is a robot, that is no person, under way?"""
-    return present and not (arrived or collided or person)
-
-
-@formula
 def is_active(robots: RobotArrays, w: int, i: int) -> bool:
     """Is robot i of world w under way?"""
     return is_under_way(
         robots.present[w, i], robots.arrived[w, i], robots.collided[w, i], robots.person[w, i]
     )
-
-
-@kernel
-def find_active(
-    present: BoolArray, arrived: BoolArray, collided: BoolArray, person: BoolArray
-) -> BoolArray:
-    """Who is under way, shape (W, N)."""
-    active = np.empty(present.shape, dtype=np.bool_)
-    for w in range(present.shape[0]):
-        for i in range(present.shape[1]):
-            active[w, i] = is_under_way(present[w, i], arrived[w, i], collided[w, i], person[w, i])
-    return active
-
-
-@kernel
-def actions_of_active(
-    actions: npt.NDArray[Any],
-    present: BoolArray,
-    arrived: BoolArray,
-    collided: BoolArray,
-    person: BoolArray,
-) -> npt.NDArray[Any]:
-    """Actions of robots under way, shape (W, N, 2); zero for all others."""
-    executed = np.zeros_like(actions)
-    for w in range(present.shape[0]):
-        for i in range(present.shape[1]):
-            if is_under_way(present[w, i], arrived[w, i], collided[w, i], person[w, i]):
-                executed[w, i, 0], executed[w, i, 1] = actions[w, i, 0], actions[w, i, 1]
-    return executed
 
 
 @formula

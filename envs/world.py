@@ -15,7 +15,8 @@ import numpy.typing as npt
 
 from envs.dynamics import Kinematics
 from envs.fleet import Fleet
-from envs.step_kernel import RobotArrays, find_active
+from envs.step_kernel import RobotArrays
+from envs.under_way import find_active
 from envs.walls import WallMap
 from safefilter.arrays import ArrayT, BoolArray, FloatArray, IntArray
 from safefilter.errors import ShapeError

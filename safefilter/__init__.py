@@ -28,6 +28,7 @@ from safefilter.safety_filter import SafetyFilter
 from safefilter.scene import Scene
 from safefilter.solve import solve
 from safefilter.uncertainty import Uncertainty
+from safefilter.worlds import Worlds
 
 __version__ = "0.1.0"
 
@@ -56,6 +57,7 @@ __all__ = [
     "StaticObstacles",
     "Status",
     "Uncertainty",
+    "Worlds",
     "available_backends",
     "certify",
     "compare_backends",

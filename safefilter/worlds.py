@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arguments import require_kind
+from safefilter.arguments import real_number, require_kind
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 from safefilter.errors import OutOfRange, ShapeError
 from safefilter.jit import formula, kernel
@@ -53,8 +53,7 @@ class Worlds:
 
     Example:
         >>> import numpy as np
-        >>> from safefilter import Holonomic, PriorityORCA, SafetyFilter, Separation
-        >>> from safefilter.worlds import Worlds
+        >>> from safefilter import Holonomic, PriorityORCA, SafetyFilter, Separation, Worlds
         >>> position = np.zeros((100, 2, 2))  # a hundred worlds of two robots, 1 m from each other
         >>> position[:, 1, 0] = 1.0
         >>> each = np.ones((100, 2))
@@ -118,7 +117,8 @@ class Worlds:
             _require_array(field, flags, np.bool_, shape)
         if heading is not None:
             _require_array("heading", heading, np.float64, shape)
-        if not reach > 0.0:
+        furthest = real_number(reach, "reach")
+        if not furthest > 0.0:
             raise OutOfRange(f"reach: expected a distance above 0 m, got {reach}")
         num_robots = shape[0] * shape[1]
         walls = OwnWalls.none(num_robots) if own_walls is None else own_walls
@@ -135,7 +135,7 @@ class Worlds:
                 priority,
                 cooperative,
                 present,
-                float(reach),
+                furthest,
                 walls.walls,
                 walls.ranges,
                 walls.most,

@@ -26,7 +26,6 @@ from safefilter.errors import (
 )
 from safefilter.neighbours import ALL_PAIRS_LIMIT
 from safefilter.outlines import OwnWalls
-from safefilter.worlds import Worlds
 
 DT = 0.2
 REACH = 3.0
@@ -110,11 +109,11 @@ def without_scenes() -> Iterator[None]:
         raise AssertionError("a scene was made")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Worlds, "scene", refuse)
+        patch.setattr(sf.Worlds, "scene", refuse)
         yield
 
 
-def prepared(safety: sf.SafetyFilter, worlds: Worlds) -> None:
+def prepared(safety: sf.SafetyFilter, worlds: sf.Worlds) -> None:
     """The first decision for so many robots is made by way of a scene."""
     cooperative = worlds.kept.record.cooperative
     safety.decide_worlds(worlds, np.zeros((*worlds.shape, 2)), np.zeros_like(cooperative))
@@ -147,7 +146,7 @@ def test_decisions_are_those_of_the_scene(
         action[0, 0, 1] = np.nan
     chosen = arguments["cooperative"] & (rng.random(shape) < 0.5) if is_part else None
     index = np.flatnonzero(arguments["cooperative"] if chosen is None else chosen)
-    safety, worlds, scene = FILTERS[kind], Worlds(**arguments), scene_of(arguments)
+    safety, worlds, scene = FILTERS[kind], sf.Worlds(**arguments), scene_of(arguments)
     prepared(safety, worlds)
     with without_scenes():
         executed, decision = safety.decide_worlds(worlds, action, chosen)
@@ -162,7 +161,7 @@ def test_decisions_are_those_of_the_scene(
 
 def test_what_is_decided_goes_by_the_arrays_of_the_moment() -> None:
     arguments, safety = make(), FILTERS["drive"]
-    worlds, action = Worlds(**arguments), np.full((NUM_WORLDS, NUM_ROBOTS, 2), 0.2)
+    worlds, action = sf.Worlds(**arguments), np.full((NUM_WORLDS, NUM_ROBOTS, 2), 0.2)
     _, first = safety.decide_worlds(worlds, action)
     arguments["position"][:] = make(1)["position"]
     arguments["present"][:] = make(1)["present"]
@@ -177,7 +176,7 @@ def test_what_is_decided_goes_by_the_arrays_of_the_moment() -> None:
 def test_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threads, "WORTH_SHARING", 0.0)
     shape = (60, 5)
-    worlds, safety = Worlds(**make(3, shape)), FILTERS["drive"]
+    worlds, safety = sf.Worlds(**make(3, shape)), FILTERS["drive"]
     action = np.random.default_rng(3).uniform(-0.2, 0.2, (*shape, 2))
     prepared(safety, worlds)
     decisions = []
@@ -191,7 +190,7 @@ def test_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPatch) 
 def test_nobody_and_one_robot_are_worlds() -> None:
     safety = FILTERS["holonomic"]
     for shape in ((0, 3), (2, 0), (1, 1), (5, 1)):
-        worlds = Worlds(**make(0, shape, own_walls=None))
+        worlds = sf.Worlds(**make(0, shape, own_walls=None))
         prepared(safety, worlds)
         _, decision = safety.decide_worlds(worlds, np.full((*shape, 2), 0.1))
         assert decision.certified.all()
@@ -202,7 +201,7 @@ def test_nobody_and_one_robot_are_worlds() -> None:
 def test_the_scene_is_that_of_all_robots(seed: int, tells: bool) -> None:
     arguments = make(seed)
     wanted = np.random.default_rng(seed).normal(size=arguments["velocity"].shape)
-    scene = Worlds(**arguments).scene(wanted=wanted if tells else None)
+    scene = sf.Worlds(**arguments).scene(wanted=wanted if tells else None)
     expected = scene_of(arguments)
     assert scene.has_wanted == tells
     told = wanted if tells else arguments["velocity"]
@@ -231,7 +230,7 @@ def test_what_takes_more_than_the_kernel_is_decided_by_way_of_a_scene(
     usual: list[Constraint] = [sf.PriorityORCA(2.0), sf.Separation(DT), *constraints]
     safety = sf.SafetyFilter(usual, sf.Holonomic(0.2), **settings)
     action = np.random.default_rng(5).uniform(-0.2, 0.2, (*shape, 2))
-    worlds = Worlds(**arguments)
+    worlds = sf.Worlds(**arguments)
     for _ in range(2):
         executed, decision = safety.decide_worlds(worlds, action)
         index = decision.index
@@ -248,7 +247,7 @@ def test_velocities_that_are_shared_are_asked_for() -> None:
     assert not safety.is_compiled
     for _ in range(2):
         with pytest.raises(InvalidInput, match="wanted velocities of all robots"):
-            safety.decide_worlds(Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
+            safety.decide_worlds(sf.Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
 
 
 @pytest.mark.parametrize(
@@ -267,7 +266,7 @@ def test_numbers_that_are_no_use_are_named(
 ) -> None:
     arguments = make(cooperative=np.ones((NUM_WORLDS, NUM_ROBOTS), dtype=bool))
     worlds, safety, action = (
-        Worlds(**arguments),
+        sf.Worlds(**arguments),
         FILTERS["drive"],
         np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)),
     )
@@ -281,15 +280,15 @@ def test_numbers_that_are_no_use_are_named(
 
 
 def test_robots_must_see_as_far_as_hard_rows_need() -> None:
-    worlds, safety = Worlds(**make(reach=0.1)), FILTERS["drive"]
-    prepared(safety, Worlds(**make()))
+    worlds, safety = sf.Worlds(**make(reach=0.1)), FILTERS["drive"]
+    prepared(safety, sf.Worlds(**make()))
     with pytest.raises(OutOfRange, match="hard rows need every neighbour within"):
         safety.decide_worlds(worlds, np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
 
 
 def test_robots_that_do_not_cooperate_are_not_decided_for() -> None:
     arguments = make()
-    worlds, safety = Worlds(**arguments), FILTERS["drive"]
+    worlds, safety = sf.Worlds(**arguments), FILTERS["drive"]
     prepared(safety, worlds)
     with pytest.raises(NotCooperative, match="cooperative=False"):
         safety.decide_worlds(
@@ -298,8 +297,8 @@ def test_robots_that_do_not_cooperate_are_not_decided_for() -> None:
 
 
 def test_commands_need_headings() -> None:
-    worlds, safety = Worlds(**make(heading=None)), FILTERS["drive"]
-    prepared(safety, Worlds(**make()))
+    worlds, safety = sf.Worlds(**make(heading=None)), FILTERS["drive"]
+    prepared(safety, sf.Worlds(**make()))
     with pytest.raises(InvalidInput, match="needs headings"):
         safety.decide_worlds(worlds, np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
     _, decision = FILTERS["holonomic"].decide_worlds(worlds, np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
@@ -313,14 +312,14 @@ def test_filters_of_other_actions_are_refused(kinematics: Any) -> None:
     safety = sf.SafetyFilter([], kinematics)
     assert not safety.is_compiled
     with pytest.raises(InvalidInput, match=r"Box|dimension"):
-        safety.decide_worlds(Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
+        safety.decide_worlds(sf.Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
 
 
 def test_contradictions_of_the_users_rows_are_told() -> None:
     nowhere = sf.LinearConstraint([[-1.0, 0.0]], [9.0])
     safety = sf.SafetyFilter([nowhere], sf.Holonomic(0.2))
     with pytest.raises(EmptyHardSet):
-        safety.decide_worlds(Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
+        safety.decide_worlds(sf.Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
 
 
 @pytest.mark.parametrize(
@@ -343,18 +342,18 @@ def test_contradictions_of_the_users_rows_are_told() -> None:
 )
 def test_arrays_of_another_kind_are_refused(field: str, value: object, message: str) -> None:
     with pytest.raises(ShapeError, match=message):
-        Worlds(**{**make(), field: value})
+        sf.Worlds(**{**make(), field: value})
 
 
 @pytest.mark.parametrize("reach", [0.0, -1.0, np.nan])
 def test_a_reach_is_above_zero(reach: float) -> None:
     with pytest.raises(OutOfRange, match="reach"):
-        Worlds(**make(reach=reach))
+        sf.Worlds(**make(reach=reach))
 
 
 def test_walls_are_own_walls() -> None:
     with pytest.raises(InvalidInput, match="own_walls"):
-        Worlds(**make(own_walls=np.zeros((1, 2, 2))))
+        sf.Worlds(**make(own_walls=np.zeros((1, 2, 2))))
 
 
 @pytest.mark.parametrize(
@@ -367,14 +366,14 @@ def test_walls_are_own_walls() -> None:
 )
 def test_actions_are_of_all_robots(action: Any, message: str) -> None:
     with pytest.raises(ShapeError, match=message):
-        FILTERS["drive"].decide_worlds(Worlds(**make()), action)
+        FILTERS["drive"].decide_worlds(sf.Worlds(**make()), action)
 
 
 @pytest.mark.parametrize("chosen", [[True], np.ones((NUM_WORLDS, NUM_ROBOTS)), np.ones(12, bool)])
 def test_robots_are_chosen_by_flags(chosen: Any) -> None:
     with pytest.raises(ShapeError, match="chosen: expected an array of bools"):
         FILTERS["drive"].decide_worlds(
-            Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)), chosen
+            sf.Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)), chosen
         )
 
 
@@ -386,4 +385,4 @@ def test_worlds_are_worlds() -> None:
 @pytest.mark.parametrize("wanted", [np.zeros((3, 4)), np.zeros((3, 4, 2), dtype=np.float32)])
 def test_wanted_velocities_are_of_all_robots(wanted: Any) -> None:
     with pytest.raises(ShapeError, match="wanted"):
-        Worlds(**make()).scene(wanted=wanted)
+        sf.Worlds(**make()).scene(wanted=wanted)
