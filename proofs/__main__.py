@@ -38,6 +38,7 @@ from proofs import (
     uncertain_passive,
     uncertain_steps,
     uncertain_walls,
+    wall_boxes,
     walls,
 )
 from proofs.own_velocity import CounterExample, counter_example
@@ -53,6 +54,7 @@ FAMILIES: tuple[tuple[Callable[[], Proof], ...], ...] = (
     separation_passive.LEMMAS,
     overlap.LEMMAS,
     walls.LEMMAS,
+    wall_boxes.LEMMAS,
     static_obstacles.LEMMAS,
     arcs.LEMMAS,
     arc_cap.LEMMAS,

@@ -88,6 +88,7 @@ def asked_of(robot: int) -> Outcome:
         neighbour_start=[0, 1, 2],
         neighbours=[1, 0],
         num_shared_walls=0,
+        wall_boxes=(),
         wall_range=np.zeros((2, 2), dtype=np.int64),
     )
     # Fields are floats; numbers that are not known stand in for them.

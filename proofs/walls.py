@@ -58,6 +58,7 @@ def one_wall(*, is_own: bool = False) -> Any:
     return SimpleNamespace(
         state=state,
         num_shared_walls=0 if is_own else 1,
+        wall_boxes=(),
         wall_range=np.array([[0, 1] if is_own else [1, 1]]),
         walls=[tuple(map(Number, (A_X, A_Y, B_X, B_Y, OWN_MARGIN)))],
     )

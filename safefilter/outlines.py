@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from safefilter.arrays import FloatArray, IntArray, finite_array, frozen, number_array
 from safefilter.errors import OutOfRange, ShapeError
+from safefilter.wall_boxes import boxes_for
 
 FEWEST_CORNERS = 3
 
@@ -57,11 +58,17 @@ class OwnWalls:
         walls: In the form of `Scene.walls`, shape (M, 5), in m.
         ranges: For each robot the first of them that it knows and the one after the last, shape (N, 2).
         most: Most walls that one robot knows.
+        boxes: Boxes around runs of walls, or none; see `safefilter.wall_boxes`.
     """
 
     walls: FloatArray
     ranges: IntArray
     most: int
+    boxes: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Put boxes around many walls."""
+        object.__setattr__(self, "boxes", boxes_for(self.walls, self.most))
 
     @classmethod
     def of(cls, walls: npt.ArrayLike, ranges: npt.ArrayLike) -> Self:

@@ -42,6 +42,7 @@ from safefilter.scene_arguments import (
 )
 from safefilter.scene_arrays import PLANE, SPACE, SceneArrays
 from safefilter.usable_state import require_usable
+from safefilter.wall_boxes import boxes_for
 
 if TYPE_CHECKING:
     from hypothesis.vendor.pretty import RepresentationPrinter
@@ -79,6 +80,7 @@ class Scene:
         neighbours: Indices of neighbours, all robots' lists one after the other.
         most_neighbours: Length of the longest list.
         walls: Segments (a_x, a_y, b_x, b_y) and the margin kept from each, shape (W, 5), in m.
+        wall_boxes: Boxes around runs of them, or none; see `safefilter.wall_boxes`.
         num_shared_walls: The first walls, which every robot knows.
         wall_range: First of the walls that each robot knows besides those, and the one after the last, shape (N, 2);
             robots may share them.
@@ -96,6 +98,7 @@ class Scene:
     neighbours: IntArray
     most_neighbours: int
     walls: FloatArray
+    wall_boxes: FloatArray
     num_shared_walls: int
     wall_range: IntArray
     most_walls: int
@@ -114,6 +117,7 @@ class Scene:
         neighbours: IntArray,
         most_neighbours: int,
         walls: FloatArray,
+        wall_boxes: FloatArray,
         num_shared_walls: int,
         wall_range: IntArray,
         most_walls: int,
@@ -124,6 +128,7 @@ class Scene:
         own["heading"], own["world"], own["reach"] = heading, world, reach
         own["neighbour_start"], own["neighbours"] = neighbour_start, neighbours
         own["most_neighbours"], own["walls"] = most_neighbours, walls
+        own["wall_boxes"] = wall_boxes
         own["num_shared_walls"], own["wall_range"] = num_shared_walls, wall_range
         own["most_walls"] = most_walls
         own["parts"] = (
@@ -134,6 +139,7 @@ class Scene:
             neighbours,
             most_neighbours,
             walls,
+            wall_boxes,
             num_shared_walls,
             wall_range,
             most_walls,
@@ -297,6 +303,10 @@ class Scene:
         find = find_neighbours if size == PLANE else find_neighbours_in_space
         start, neighbours = find(position, world, reach)
         own = walls_of_each(own_walls, lidar, state, heading, world)
+        walls, boxes, most_walls = own.walls, own.boxes, own.most
+        if len(known):
+            walls, most_walls = frozen(np.concatenate([known, walls])), most_walls + len(known)
+            boxes = boxes_for(walls, most_walls)
         return cls(
             state=frozen(state),
             cooperative=frozen(cooperative),
@@ -307,10 +317,11 @@ class Scene:
             neighbour_start=frozen(start),
             neighbours=frozen(neighbours),
             most_neighbours=longest_list(start),
-            walls=frozen(np.concatenate([known, own.walls]) if len(known) else own.walls),
+            walls=walls,
+            wall_boxes=boxes,
             num_shared_walls=len(known),
             wall_range=frozen(own.ranges + len(known) if len(known) else own.ranges),
-            most_walls=len(known) + own.most,
+            most_walls=most_walls,
         )
 
     @property

@@ -23,6 +23,7 @@ class SceneArrays(NamedTuple):
     neighbours: IntArray
     most_neighbours: int
     walls: FloatArray
+    wall_boxes: FloatArray
     num_shared_walls: int
     wall_range: IntArray
     most_walls: int

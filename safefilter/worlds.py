@@ -35,6 +35,7 @@ class WorldArrays(NamedTuple):
     present: BoolArray
     reach: float
     walls: FloatArray
+    wall_boxes: FloatArray
     wall_range: IntArray
     most_walls: int
 
@@ -137,6 +138,7 @@ class Worlds:
                 present,
                 furthest,
                 walls.walls,
+                walls.boxes,
                 walls.ranges,
                 walls.most,
             )

@@ -107,6 +107,7 @@ def decide_worlds(
         room[2 * in_all + 1 :],
         others,
         worlds.walls,
+        worlds.wall_boxes,
         0,
         worlds.wall_range,
         worlds.most_walls,

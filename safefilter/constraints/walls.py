@@ -16,6 +16,7 @@ from safefilter.constraints.row_buffers import RowLabels, label_rows
 from safefilter.jit import formula
 from safefilter.scene import RADIUS, X, Y
 from safefilter.scene_arrays import SceneArrays
+from safefilter.wall_boxes import RUN, is_box_far, is_far
 
 
 @formula
@@ -84,27 +85,31 @@ def add_wall_rows(
         # Walls that everyone knows come first, then those of this robot's own.
         start = 0 if part == 0 else scene.wall_range[i, 0]
         stop = scene.num_shared_walls if part == 0 else scene.wall_range[i, 1]
-        for w in range(start, stop):
-            a_x, a_y, b_x, b_y, own_margin = scene.walls[w]
-            c_x, c_y = to_closest_point(a_x, a_y, b_x, b_y, p_x, p_y)
-            far = (reach + own_margin) * (1.0 + 1e-12)
-            if c_x * c_x + c_y * c_y > far * far:
-                continue
-            distance = math.sqrt(c_x * c_x + c_y * c_y)
-            e_x, e_y = across(a_x, a_y, b_x, b_y)
-            if distance > 0.0:
-                e_x, e_y = c_x / distance, c_y / distance
-            kept = margin + own_margin + error
-            first = count
-            count = add_fence(
-                rows,
-                count,
-                e_x,
-                e_y,
-                wall_tilt(distance, radius + kept, error),
-                turn_cosine,
-                turn_sine,
-                wall_budget(distance, radius, kept) / (gain * horizon),
-            )
-            label_rows(rows, first, count, source, w)
+        for run in range(start // RUN, -(-stop // RUN)):
+            if len(scene.wall_boxes) > 0:
+                left, bottom, right, top, most = scene.wall_boxes[run]
+                if is_box_far(left, bottom, right, top, p_x, p_y, reach + most):
+                    continue
+            for w in range(max(start, run * RUN), min(stop, (run + 1) * RUN)):
+                a_x, a_y, b_x, b_y, own_margin = scene.walls[w]
+                c_x, c_y = to_closest_point(a_x, a_y, b_x, b_y, p_x, p_y)
+                if is_far(c_x, c_y, reach + own_margin):
+                    continue
+                distance = math.sqrt(c_x * c_x + c_y * c_y)
+                e_x, e_y = across(a_x, a_y, b_x, b_y)
+                if distance > 0.0:
+                    e_x, e_y = c_x / distance, c_y / distance
+                kept = margin + own_margin + error
+                first = count
+                count = add_fence(
+                    rows,
+                    count,
+                    e_x,
+                    e_y,
+                    wall_tilt(distance, radius + kept, error),
+                    turn_cosine,
+                    turn_sine,
+                    wall_budget(distance, radius, kept) / (gain * horizon),
+                )
+                label_rows(rows, first, count, source, w)
     return count

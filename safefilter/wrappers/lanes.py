@@ -14,6 +14,7 @@ from safefilter.arrays import FloatArray, IntArray, frozen
 from safefilter.constraints.constraint import AnyScene
 from safefilter.errors import InvalidInput, OutOfRange, ShapeError
 from safefilter.scene import Scene
+from safefilter.wall_boxes import boxes_for
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,6 +115,7 @@ def _stacked(scenes: Sequence[Scene]) -> Scene:
     headings = [scene.heading for scene in scenes if scene.heading is not None]
     robots_before = np.cumsum([0, *(scene.num_robots for scene in scenes)])
     walls, num_shared, wall_range = _stacked_walls(scenes)
+    most_walls = max(scene.most_walls for scene in scenes)
     return Scene(
         state=frozen(np.concatenate([scene.state for scene in scenes])),
         cooperative=frozen(np.concatenate([scene.cooperative for scene in scenes])),
@@ -130,9 +132,10 @@ def _stacked(scenes: Sequence[Scene]) -> Scene:
         ),
         most_neighbours=max(scene.most_neighbours for scene in scenes),
         walls=frozen(walls),
+        wall_boxes=boxes_for(walls, most_walls),
         num_shared_walls=num_shared,
         wall_range=frozen(wall_range),
-        most_walls=max(scene.most_walls for scene in scenes),
+        most_walls=most_walls,
     )
 
 

@@ -20,6 +20,7 @@ from proofs.separation import DT, KEPT_APART, OFFSET
 BUDGETS = "safefilter.constraints.budgets"
 SEPARATION = "safefilter.constraints.separation"
 WALLS = "safefilter.constraints.walls"
+BOXES = "safefilter.wall_boxes"
 ARC = "safefilter.kinematics.arc"
 LAST_WORD = "safefilter.kinematics.drive_last_word"
 HOLONOMIC_WORD = "safefilter.kinematics.last_word"
@@ -200,6 +201,18 @@ WRONG: dict[str, Wrong] = {
         f"{MARGINS}.credited_approach",
         lambda seen, *_: seen,
         lambda of: of.credited(),
+    ),
+    "a box as far away as its other side": (
+        "wall_boxes",
+        f"{BOXES}.beyond",
+        lambda low, high, at: max(high - at, at - low, 0),
+        lambda of: of.beyond_its_box(),
+    ),
+    "a box that is passed over from within": (
+        "wall_boxes",
+        f"{BOXES}.is_box_far",
+        lambda *given: given[-1] > 0,
+        lambda of: of.passed_over(),
     ),
     "weights of any sum": (
         "optimality",
