@@ -34,8 +34,7 @@ from safefilter import (
 WORLDS = (1, 8, 64, 512, 4096)
 QUICK_WORLDS = (8, 256)
 CROWDS = (2, 8, 50, 500)
-# Walls that no sensor reaches, and how many worlds have them.
-FAR_WALLS = (0, 500, 5000)
+# Worlds that have walls which no sensor reaches.
 NUM_FAR_WORLDS = 64
 NEAREST_FAR_WALL, FURTHEST_FAR_WALL = 10.0, 30.0  # m from the middle; lidars reach 3.5 m
 NUM_ROBOTS = 8
@@ -69,9 +68,9 @@ def measure(*, quick: bool = False) -> Result:
         case = Case(Circle(num_robots), num_worlds)
         group = f"circle, {num_robots} robots a world, {case.num_in_reach:.0f} within reach"
         rows.extend(_rows(case, group, rounds))
-    for num_walls in FAR_WALLS[:2] if quick else FAR_WALLS:
-        case = Case(WithFarWalls(num_walls), 1 if quick else NUM_FAR_WORLDS)
-        group = f"{case.num_worlds} worlds of {NUM_ROBOTS} robots, and {num_walls} walls far away"
+    for far in FAR[:2] if quick else FAR:
+        case = Case(far, 1 if quick else NUM_FAR_WORLDS)
+        group = f"{case.num_worlds} worlds of {NUM_ROBOTS} robots, and {far.about}"
         rows.extend(_rows(case, group, rounds))
     rows.extend(other_simulators(rounds))
     return Result(
@@ -158,23 +157,39 @@ class WithFarWalls:
 
     Attributes:
         num_far: How many.
+        is_listed_around: Are they listed as maps list them, beside each other those that are? In no order otherwise.
     """
 
     num_far: int
+    is_listed_around: bool = True
     name: str = "crossroad among far walls"
     num_robots: int = NUM_ROBOTS
     half_extent: float = FURTHEST_FAR_WALL + 1.0
+
+    @property
+    def about(self) -> str:
+        """In words."""
+        return f"{self.num_far} walls far away{'' if self.is_listed_around else ', in no order'}"
 
     def place(self, rng: np.random.Generator) -> Placement:
         """The crossroad's placement; the walls far away are the same in every world."""
         placement = Crossroad(is_walled=True).place(rng)
         far = np.random.default_rng(0)
         angle = far.uniform(0.0, 2.0 * np.pi, self.num_far)
+        angle = np.sort(angle) if self.is_listed_around else angle
         away = far.uniform(NEAREST_FAR_WALL, FURTHEST_FAR_WALL, self.num_far)
         middle = away[:, np.newaxis] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         half = far.uniform(-0.5, 0.5, (self.num_far, 2))
         walls = np.stack([middle - half, middle + half], axis=1)
         return replace(placement, walls=np.concatenate([placement.walls, walls]))
+
+
+FAR = (
+    WithFarWalls(0),
+    WithFarWalls(500),
+    WithFarWalls(5000),
+    WithFarWalls(5000, is_listed_around=False),
+)
 
 
 def make_filter() -> SafetyFilter:

@@ -8,11 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from safefilter.arguments import require_kind
-from safefilter.arrays import FloatArray, number_array
+from safefilter.arrays import FloatArray, IntArray, number_array
 from safefilter.backends.backend import Solution, Status
 from safefilter.certificate import Certificate, Claim, certify
 from safefilter.decision import Case, Decision
@@ -21,10 +22,9 @@ from safefilter.half_spaces import HalfSpaces
 from safefilter.programs.least_violation import least_violation
 from safefilter.programs.nearest_velocity import nearest_velocity
 
-WEIGHTS = {"active": "multipliers", "proof": "proof_multipliers"}
-"""Of labels, by the name of their column."""
-MOST_ALIKE = 4
-"""Rows of one label that are tried: `margins` makes three at most."""
+MOST_ALIKE, MOST_TRIED = 64, 4
+"""Rows of one label that are looked at, those nearest to holding the point, and ways to spread weights that are tried,
+those nearest to adding up."""
 
 
 def check_decision(
@@ -58,40 +58,39 @@ def check_decision(
     relaxation = 0.0
     if case is Case.LEAST_VIOLATION:
         relaxation = float(decision.violation[k])
-        bound = _check_bound(rows, decision, k, relaxation, radius, exact=exact)
+        bound = _check_bound(rows, decision, k, radius, exact=exact)
         if not bound:
             return bound
-    program = nearest_velocity(rows, k, wanted[k], relaxation)
-    spreads = _on_rows(rows, k, decision, relaxation, "active")
+    program, velocity = nearest_velocity(rows, k, wanted[k], relaxation), decision.velocity[k]
+    claim = _Claim(decision.active[k], decision.multipliers[k], velocity, relaxation)
     return _first_that_holds(
-        certify(
-            program,
-            _answer(decision.velocity[k].copy(), multipliers),
-            radius=radius,
-            exact=exact,
-        )
-        for multipliers in spreads
+        certify(program, _answer(velocity.copy(), multipliers), radius=radius, exact=exact)
+        for multipliers in _on_rows(rows, k, claim, velocity - wanted[k])
     )
 
 
+class _Claim(NamedTuple):
+    """What holds a velocity, by its label: names of shape (n, 2), and weights, shape (n,)."""
+
+    named: IntArray
+    weights: FloatArray
+    velocity: FloatArray
+    relaxation: float
+
+
 def _check_bound(
-    rows: HalfSpaces,
-    decision: Decision,
-    k: int,
-    relaxation: float,
-    radius: float,
-    *,
-    exact: bool,
+    rows: HalfSpaces, decision: Decision, k: int, radius: float, *, exact: bool
 ) -> Certificate:
     """Check that no velocity violates less than t*."""
     if not (decision.proof_multipliers[k][decision.proof[k, :, 0] >= 0] > 0.0).any():
         return refused("Case-3 comes with no proof that the permitted set is empty", exact=exact)
-    program = least_violation(rows, k)
-    x = np.append(decision.velocity[k], relaxation)
-    spreads = _on_rows(rows, k, decision, relaxation, "proof")
+    program, velocity = least_violation(rows, k), decision.velocity[k]
+    relaxation = float(decision.violation[k])
+    x = np.append(velocity, relaxation)
+    claim = _Claim(decision.proof[k], decision.proof_multipliers[k], velocity, relaxation)
     return _first_that_holds(
         certify(program, _answer(x, np.append(weights, 0.0)), radius=radius, exact=exact)
-        for weights in spreads
+        for weights in _on_rows(rows, k, claim, np.zeros_like(velocity))
     )
 
 
@@ -166,32 +165,32 @@ def _first_that_holds(certificates: Iterable[Certificate]) -> Certificate:
     return tried[0]
 
 
-def _on_rows(
-    rows: HalfSpaces, k: int, decision: Decision, relaxation: float, names: str
-) -> Iterator[FloatArray]:
-    """Ways to spread decision k's weights from labels to rows; a label that no row has makes them NaN.
+def _on_rows(rows: HalfSpaces, k: int, claim: _Claim, pull: FloatArray) -> Iterator[FloatArray]:
+    """Ways to spread weights from labels to rows; a label that no row has makes them NaN.
 
     Rows may share a label: the three against a neighbour whose place is uncertain, or the user's. Whoever weighs holds
-    the velocity, so those that come nearest to that are tried.
+    the velocity, and normals times weights add up to the pull.
 
     Args:
         rows: Permitted sets of the batch.
         k: Which decision.
-        decision: The decisions.
-        relaxation: By how much soft rows are violated at most.
-        names: ``active`` or ``proof``: whose weights.
+        claim: What holds its velocity.
+        pull: What the weighted normals have to add up to, shape (d,).
     """
     present = rows.present[k]
-    labels, soft = rows.labels[k][present], ~rows.hard[k][present]
-    slack = rows.normals[k][present] @ decision.velocity[k] - rows.offsets[k][present]
-    nearest = np.argsort(np.abs(slack + relaxation * soft), kind="stable")
-    named, weights = getattr(decision, names)[k], getattr(decision, WEIGHTS[names])[k]
-    weights, named = weights[named[:, 0] >= 0], named[named[:, 0] >= 0]
+    normals, labels = rows.normals[k][present], rows.labels[k][present]
+    slack = normals @ claim.velocity - rows.offsets[k][present]
+    slack += claim.relaxation * ~rows.hard[k][present]
+    nearest = np.argsort(np.abs(slack), kind="stable")
+    is_named = claim.named[:, 0] >= 0
+    named, weights = claim.named[is_named], claim.weights[is_named]
     places = [nearest[(labels[nearest] == label).all(axis=1)][:MOST_ALIKE] for label in named]
     if any(len(place) == 0 for place in places):
         yield np.full(len(labels), math.nan)
         return
-    for chosen in product(*places):
+    ways = np.array(list(product(*places)), dtype=np.int64)
+    off = np.abs(np.einsum("wnd,n->wd", normals[ways], weights) - pull).sum(axis=1)
+    for chosen in ways[np.argsort(off, kind="stable")[:MOST_TRIED]]:
         spread = np.zeros(len(labels))
-        np.add.at(spread, list(chosen), weights)
+        np.add.at(spread, chosen, weights)
         yield spread

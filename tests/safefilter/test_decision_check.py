@@ -83,21 +83,23 @@ def test_rows_of_one_neighbour_share_a_label_and_certify(
     assert [certificate.reason for certificate in certificates] == [""] * len(index)
 
 
-def alike(offset: float) -> sf.HalfSpaces:
-    """A square that holds v = (1, 1) off, whose four rows have one label."""
-    sides = np.array([[[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]])
+def alike(num_others: int) -> sf.HalfSpaces:
+    """Rows of one label through (0.1, 0.1): two that hold (1, 2) off, and others that also touch that corner."""
+    angle = np.linspace(np.pi, 1.5 * np.pi, 2 + num_others)[[0, -1, *range(1, 1 + num_others)]]
+    normals = np.stack([np.cos(angle), np.sin(angle)], axis=1)[np.newaxis]
+    size = 2 + num_others
     return sf.HalfSpaces(
-        normals=sides,
-        offsets=np.array([[-offset, -offset, -2.0, -2.0]]),
-        hard=np.ones((1, 4), dtype=np.bool_),
-        present=np.ones((1, 4), dtype=np.bool_),
-        labels=np.zeros((1, 4, 2), dtype=np.int64),
-        sources=("square",),
+        normals=normals,
+        offsets=normals @ np.array([0.1, 0.1]),
+        hard=np.ones((1, size), dtype=np.bool_),
+        present=np.ones((1, size), dtype=np.bool_),
+        labels=np.zeros((1, size, 2), dtype=np.int64),
+        sources=("corner",),
     )
 
 
 def corner(weights: tuple[float, float]) -> sf.Decision:
-    """The corner of the square that is nearest to (1, 2): which of the two names is which row is not said."""
+    """The corner is nearest to (1, 2): which of the two names is which row is not said."""
     return replace(
         DECISION,
         case=np.array([2], dtype=np.int8),
@@ -109,14 +111,16 @@ def corner(weights: tuple[float, float]) -> sf.Decision:
 
 
 @pytest.mark.parametrize("weights", [(0.9, 1.9), (1.9, 0.9)])
-def test_whose_weight_is_whose_is_found_out(weights: tuple[float, float]) -> None:
+@pytest.mark.parametrize("num_others", [0, 1, 3, 20])
+def test_whose_weight_is_whose_is_found_out(weights: tuple[float, float], num_others: int) -> None:
     wanted = np.array([[1.0, 2.0]])
-    assert check_decision(alike(0.1), wanted, corner(weights), 0, 3.0, exact=False)
+    assert check_decision(alike(num_others), wanted, corner(weights), 0, 3.0, exact=False)
 
 
-@pytest.mark.parametrize("weights", [(0.9, 1.8), (1.4, 1.4), (2.8, 0.0), (-0.9, 1.9)])
+@pytest.mark.parametrize("weights", [(0.9, 1.7), (1.4, 1.3), (2.7, 0.0), (-0.9, 1.9), (0.9, 2.0)])
+@pytest.mark.parametrize("num_others", [0, 1])
 def test_weights_that_hold_nothing_are_refused_whoever_has_them(
-    weights: tuple[float, float],
+    weights: tuple[float, float], num_others: int
 ) -> None:
     wanted = np.array([[1.0, 2.0]])
-    assert not check_decision(alike(0.1), wanted, corner(weights), 0, 3.0, exact=False)
+    assert not check_decision(alike(num_others), wanted, corner(weights), 0, 3.0, exact=False)
