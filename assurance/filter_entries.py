@@ -134,12 +134,6 @@ def world_arrays() -> dict[str, Any]:
     }
 
 
-def decide_in_worlds(worlds: Any, action: Any, chosen: Any = None) -> object:
-    """Decide twice: the first time for so many robots is by way of a scene, the second by compiled code alone."""
-    drives().decide_worlds(sf.Worlds(**world_arrays()), [ACTION])
-    return drives().decide_worlds(worlds, action, chosen)
-
-
 @cache
 def program() -> sf.ConvexProgram:
     """The nearest point to zero that is at least 1 in no direction."""
@@ -231,11 +225,11 @@ _ENTRIES: dict[str, tuple[Callable[..., object], Callable[[], Mapping[str, Any]]
         lambda: {"scene": scene(), "action": ACTION, "index": [0, 1]},
     ),
     "Worlds": (
-        lambda **given: decide_in_worlds(sf.Worlds(**given), [ACTION]),
+        lambda **given: drives().decide_worlds(sf.Worlds(**given), [ACTION]),
         world_arrays,
     ),
     "decide in worlds": (
-        decide_in_worlds,
+        lambda **given: drives().decide_worlds(**given),
         lambda: {"worlds": sf.Worlds(**world_arrays()), "action": [ACTION], "chosen": None},
     ),
     "decide in a Box": (

@@ -15,8 +15,6 @@ from safefilter.arrays import frozen
 from safefilter.outlines import OwnWalls
 from safefilter.worlds import Worlds
 
-ALL = slice(None)
-
 
 class KnownWorlds:
     """Makes `Worlds` that share the arrays of a simulator."""
@@ -30,22 +28,28 @@ class KnownWorlds:
             rules: How far robots see, and whether walls are known.
         """
         self._world, self._sensed, self._rules = world, sensed, rules
-        self._kept = self._made(slice(0))
-        # Those of the moment in which it was made.
+        self._kept: dict[tuple[int, int], Worlds] = {}
+        # Those of the moment from which on they are kept.
         self._walls: WallArrays | None = None
 
-    def of(self, worlds: slice = ALL) -> Worlds:
-        """Some worlds, from now until walls change; all of them are made once for so long.
+    def __reduce__(self) -> tuple[type[KnownWorlds], tuple[World, SensedArrays, Rules]]:
+        """A copy keeps nothing: what is kept shares the arrays of this one's world, not of the copy's."""
+        return type(self), (self._world, self._sensed, self._rules)
+
+    def of(self, worlds: slice = slice(None)) -> Worlds:
+        """Some worlds, one after the other, from now until walls change: they are made once for so long.
 
         Args:
             worlds: Which.
         """
-        if worlds != ALL:
-            return self._made(worlds)
         walls = self._world.walls.arrays
         if walls is not self._walls:
-            self._kept, self._walls = self._made(ALL), walls
-        return self._kept
+            self._kept, self._walls = {}, walls
+        first, end, _ = worlds.indices(self._world.num_worlds)
+        made = self._kept.get((first, end))
+        if made is None:
+            made = self._kept[first, end] = self._made(slice(first, end))
+        return made
 
     def _made(self, worlds: slice) -> Worlds:
         world, sensed = self._world, self._sensed
@@ -65,8 +69,6 @@ class KnownWorlds:
         """Walls of the worlds: each robot knows those of its own world."""
         arrays = self._world.walls.arrays
         maps = np.repeat(arrays.map_of[worlds], self._world.num_robots)
-        if len(maps) == 0:
-            return OwnWalls.none(0)
         first, count = arrays.first_wall[maps], arrays.num_walls[maps]
         lowest, end = int(first.min()), int((first + count).max())
         ranges = np.stack([first, first + count], axis=1) - lowest

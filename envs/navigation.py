@@ -35,6 +35,7 @@ from safefilter.arrays import (
     numbers_of_shape,
     require_positive,
 )
+from safefilter.batch.robots import actions_in_worlds, robots_of_worlds
 from safefilter.decision import Decision, with_decided
 from safefilter.errors import InvalidInput, OutOfRange
 from safefilter.kept import Kept
@@ -214,14 +215,16 @@ class Navigation:
         """
         world = self.world
         given = np.ascontiguousarray(numbers_of_shape(actions, "actions", world.position.shape))
-        # Whoever writes to integers loses what is behind the point.
-        given = given if given.dtype.kind == "f" else given.astype(np.float64)
+        if given.dtype not in {np.dtype(np.float32), np.dtype(np.float64)}:
+            given = given.astype(np.float64)
         return actions_of_active(given, world.present, world.arrived, world.collided, world.person)
 
     def decide(
         self, safety_filter: SafetyFilter, actions: FloatArray, chosen: BoolArray | None = None
     ) -> tuple[npt.NDArray[Any], Decision]:
         """What a filter decides for robots of all worlds, now: as for `scenes`, bit for bit, and mostly faster.
+
+        Wishes that are not finite are taken as standing still, by others as going on.
 
         Args:
             safety_filter: Decides.
@@ -235,13 +238,15 @@ class Navigation:
         Raises:
             SafeFilterError: As `SafetyFilter.decide`.
         """
-        if self.rules.num_beams == 0 and safety_filter.is_compiled:
-            return safety_filter.decide_worlds(self._known.of(), actions, chosen)
-        deciding = self.world.cooperative if chosen is None else chosen
-        index = np.flatnonzero(deciding)
-        scene = self.scenes(actions, scanning=deciding)
-        decision = safety_filter.decide(scene, actions.reshape(-1, 2)[index], index)
-        return with_decided(actions, decision), decision
+        known = self._known.of()
+        reads_wanted = safety_filter.reads_wanted
+        if self.rules.num_beams == 0 and not reads_wanted:
+            return safety_filter.decide_worlds(known, actions, chosen)
+        given, index = actions_in_worlds(known, actions), robots_of_worlds(known, chosen)
+        scanning = self.world.cooperative if chosen is None else chosen
+        scene = self.scenes(given if reads_wanted else None, scanning=scanning)
+        decision = safety_filter.decide(scene, given.reshape(-1, 2)[index], index)
+        return with_decided(given, decision), decision
 
     def scenes(
         self, actions: FloatArray | None = None, *, scanning: BoolArray | None = None
@@ -263,7 +268,12 @@ class Navigation:
         Args:
             world: Number of the world.
             actions: What all want to do, shape (W, N, 2), for filters that share it.
+
+        Raises:
+            OutOfRange: If there is no such world.
         """
+        if not 0 <= world < self.world.num_worlds:
+            raise OutOfRange(f"world: expected 0 to {self.world.num_worlds - 1}, got {world}")
         return self._scene(slice(world, world + 1), actions)
 
     @property
@@ -286,10 +296,11 @@ class Navigation:
         world = self.world
         wanted = lidar = None
         if actions is not None:
-            # People do not tell: what is seen of them has to do.
+            # People do not tell, and others may tell nonsense: what is seen of them has to do.
             told = self._movement(actions).mean_velocity
-            told[world.person] = self.observer.sensed.arrays.velocity[world.person]
-            wanted = np.ascontiguousarray(told[worlds])
+            is_told = np.isfinite(told).all(axis=2) & ~world.person
+            seen = self.observer.sensed.arrays.velocity
+            wanted = np.ascontiguousarray(np.where(is_told[..., np.newaxis], told, seen)[worlds])
         if self.rules.num_beams > 0:
             lidar = scan_walls(world, self.rules, self.observer.sensed.sensing, worlds, scanning)
         return self._known.of(worlds).scene(wanted=wanted, lidar=lidar)

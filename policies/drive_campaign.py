@@ -21,7 +21,7 @@ from policies.drive_trials import DriveTrial, drive_trials
 from safefilter.arrays import BoolArray, FloatArray
 from safefilter.decision import Case, Decision
 from safefilter.jit import kernel
-from safefilter.kinematics.differential_drive import DifferentialDrive, require_headings
+from safefilter.kinematics.differential_drive import DifferentialDrive
 from safefilter.kinematics.drive import Drive
 from safefilter.kinematics.drive_last_word import tracking_command
 
@@ -170,7 +170,7 @@ def drive_steps(trial: DriveTrial, way: Way = "filter on") -> Iterator[DriveStep
                 actions[robots] = uncut_commands(
                     trial.kinematics.drive,
                     wanted,
-                    require_headings(navigation.scenes())[decision.index],
+                    navigation.observer.sensed.arrays.heading.ravel()[decision.index],
                     navigation.world.v_max.ravel()[decision.index],
                     decision.velocity,
                     decision.case == Case.SAFE,

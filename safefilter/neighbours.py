@@ -18,6 +18,7 @@ import numpy as np
 
 from safefilter.arrays import FloatArray, IntArray
 from safefilter.dense_grid import box_of, fits_densely, list_at_once, list_densely
+from safefilter.errors import OutOfRange
 from safefilter.jit import formula, kernel, source_of
 from safefilter.threads import over_ranges
 
@@ -45,11 +46,20 @@ def find_neighbours(
 
     Returns:
         (start, neighbours) of shapes (N + 1,) and (sum of neighbours,).
+
+    Raises:
+        OutOfRange: If too many robots of a world would see each other at any distance.
     """
-    if len(position) <= ALL_PAIRS_LIMIT or math.isinf(reach):
+    if len(position) <= ALL_PAIRS_LIMIT:
         return _all_pairs(position, world, reach)
     blocks = blocks_of(world)
-    if longest_list(blocks) <= ALL_PAIRS_LIMIT:
+    longest = longest_list(blocks)
+    if longest <= ALL_PAIRS_LIMIT or math.isinf(reach):
+        if longest > UNLIMITED_LIMIT:
+            raise OutOfRange(
+                f"reach: {longest} robots of one world that all see each other make {longest**2:.1e} pairs; "
+                "give a reach, in m"
+            )
         return _pairs_in_blocks(position, world, reach, blocks)
     if len(position) <= AT_ONCE_LIMIT:
         is_listed, start, neighbours = _list_at_once(position, world, reach)

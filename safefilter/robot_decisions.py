@@ -40,7 +40,7 @@ from safefilter.half_spaces import HalfSpaces
 from safefilter.jit import source_of
 from safefilter.kinematics.differential_drive import DifferentialDrive, require_headings
 from safefilter.kinematics.drive import with_wanted_velocities
-from safefilter.kinematics.holonomic import Holonomic
+from safefilter.kinematics.holonomic import Counted, Holonomic
 from safefilter.programs.convex_program import ConvexProgram
 from safefilter.programs.nearest_velocity import nearest_velocity
 from safefilter.scene import Scene
@@ -50,8 +50,8 @@ from safefilter.threads import over_ranges
 from safefilter.worlds import Worlds
 
 _name_columns = source_of(outcome_of)
-# Rules are kept for all numbers of robots up to this one; those of a larger number, which are long, take their place.
-MOST_KEPT = 100
+# Rules for other numbers of robots are kept up to so many numbers: 8 MB.
+MOST_KEPT = 2**20
 
 
 class RobotDecisions:
@@ -60,7 +60,7 @@ class RobotDecisions:
     Attributes:
         constraints: What makes rows.
         kinematics: What actions there are.
-        is_compiled: See `SafetyFilter.is_compiled`.
+        reads_wanted: See `SafetyFilter.reads_wanted`.
     """
 
     def __init__(
@@ -142,11 +142,11 @@ class RobotDecisions:
             rows_each,
         )
         self._rules: dict[int, FloatArray] = {}
-        self.is_compiled = (
-            self._solvers is None
-            and self._dimension == PLANE
-            and not self._own
-            and not any(orca.needs_wanted for orca in self._orcas)
+        shares = any(orca.needs_wanted for orca in self._orcas)
+        self.reads_wanted = shares or bool(self._own)
+        # One call of compiled code is all that a decision takes.
+        self._is_compiled = (
+            self._solvers is None and self._dimension == PLANE and not self.reads_wanted
         )
 
     def with_constraints(self, constraints: tuple[Constraint, ...]) -> RobotDecisions:
@@ -188,11 +188,9 @@ class RobotDecisions:
         start = perf_counter()
         given = actions_in_worlds(worlds, action)
         index = robots_of_worlds(worlds, chosen)
-        # Nobody has decided for so many robots yet? Then that is checked by the way of the scene.
-        rules = self._rules.get(worlds.num_robots) if self.is_compiled else None
         is_single, drive = given.dtype == np.float32, self._settings.drive
-        found = rules is not None and decide_at_once(
-            worlds, given, index, rules, is_driven=drive.is_used
+        found = self._is_compiled and decide_at_once(
+            worlds, given, index, self._rules_for(worlds), is_driven=drive.is_used
         )
         if not found:
             decision = self.decide(worlds.scene(), given.reshape(-1, PLANE)[index], index)
@@ -317,20 +315,19 @@ class RobotDecisions:
         # By position: by name it takes a third of a microsecond more, and a single decision is short.
         return Handed(scene.parts, robots, asked, user, rules, action.dtype == np.float32)
 
-    def _rules_for(self, scene: Scene) -> FloatArray:
+    def _rules_for(self, robots: Counted) -> FloatArray:
         """Rules for as many robots: a matter of their number alone, and a single decision is short: so kept."""
-        num_robots = len(scene.state)
-        rules = self._rules.get(num_robots)
+        rules = self._rules.get(robots.num_robots)
         if rules is None:
             kinematics = self.kinematics
             limits = Limits(
-                kinematics.v_max(scene), kinematics.speed_limit(scene), kinematics.sides
+                kinematics.v_max(robots), kinematics.speed_limit(robots), kinematics.sides
             )
             rules = make_rules(self._settings, limits)
-            # A robot meets now more, now fewer; a crowd stays as large as it is.
-            if num_robots > MOST_KEPT or len(self._rules) > MOST_KEPT:
-                self._rules.clear()
-            self._rules[num_robots] = rules
+            # A robot meets now more, now fewer, and there may be several crowds; who came first goes first.
+            while self._rules and sum(map(len, self._rules.values())) > MOST_KEPT:
+                del self._rules[next(iter(self._rules))]
+            self._rules[robots.num_robots] = rules
         return rules
 
     def _require_reach(self, scene: Scene, speed_limit: FloatArray) -> None:

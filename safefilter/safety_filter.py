@@ -188,8 +188,9 @@ class SafetyFilter:
     ) -> tuple[npt.NDArray[Any], Decision]:
         """Decide what executes in the worlds of a simulator, now: as `decide` for ``worlds.scene()``, bit for bit.
 
-        Where a decision `is_compiled`, and a world has up to 48 robots, one call of compiled code makes the scene of a
-        world, decides in it, and goes on to the next: there is no `Scene` of all.
+        For robots in the plane, up to 48 a world, one call of compiled code makes the scene of a world, decides in it,
+        and goes on to the next: there is no `Scene` of all. Not where another solver is asked, nor where a decision
+        `reads_wanted`. The scene's reach is judged world by world.
 
         Args:
             worlds: The simulator's robots.
@@ -212,13 +213,9 @@ class SafetyFilter:
         return self._decisions.decide_worlds(worlds, action, chosen)
 
     @property
-    def is_compiled(self) -> bool:
-        """Is a decision one call of compiled code that knows positions, velocities and priorities only?
-
-        For robots in the plane, unless another solver is asked, there are constraints of your own, or wanted velocities
-        are shared.
-        """
-        return isinstance(self._decisions, RobotDecisions) and self._decisions.is_compiled
+    def reads_wanted(self) -> bool:
+        """May a decision depend on what other robots want? By ``v_opt="shared"``, or by a constraint of your own."""
+        return isinstance(self._decisions, RobotDecisions) and self._decisions.reads_wanted
 
     def half_spaces(
         self,

@@ -43,8 +43,9 @@ class WorldArrays(NamedTuple):
 class Worlds:
     """Robots of many worlds, for `SafetyFilter.decide_worlds`: a simulator hands its arrays once, not at each step.
 
-    Nothing is copied: what is decided goes by what the arrays hold at that moment. A robot that is not present keeps
-    its row, and nobody meets it.
+    Nothing is copied: what is decided goes by what the arrays hold at that moment. So a simulator that puts other
+    arrays in their places, whose walls change, or that is copied, needs new `Worlds`. A robot that is not present
+    keeps its row, and nobody meets it.
 
     Attributes:
         shape: Numbers of worlds and of robots in each, (W, N).
@@ -87,7 +88,7 @@ class Worlds:
         reach: float = math.inf,
         own_walls: OwnWalls | None = None,
     ) -> None:
-        """Share arrays; their numbers are checked at each decision.
+        """Share arrays; their numbers are checked at each decision. Those that cannot be written to are compiled for anew.
 
         Args:
             position: Centres, shape (W, N, 2), float64, in m.

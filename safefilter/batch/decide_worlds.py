@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from safefilter.arrays import BoolArray, FloatArray, IntArray
+from safefilter.arrays import BoolArray, FloatArray, IntArray, all_true
 from safefilter.batch.decide import decide_one
 from safefilter.batch.handed import Problem, capacity_for, limits_of
 from safefilter.batch.records import Results, empty_results, make_scratch, outcome_of
@@ -20,7 +20,6 @@ from safefilter.batch.settings import Settings, settings_of
 from safefilter.constraints.row_buffers import RowLabels, row_buffers
 from safefilter.constraints.separation import reach_needed
 from safefilter.constraints.user_rows import NUM_MARKS
-from safefilter.decision import Fault
 from safefilter.jit import formula, kernel
 from safefilter.kept import KeptRecord
 from safefilter.kinematics.drive import TURN_RATE, ask_command
@@ -30,11 +29,6 @@ from safefilter.scene_arrays import PLANE, SceneArrays
 from safefilter.threads import over_worlds
 from safefilter.usable_state import is_usable
 from safefilter.worlds import WorldArrays, Worlds, write_numbers, write_state
-
-REFUSED = -1
-"""Fault of decisions in a world that is not decided in: something is wrong there, and a `Scene` will say what."""
-# As bytes of faults; an empty hard set asks for the user's fallback.
-_REFUSALS = frozenset((REFUSED % 256, Fault.EMPTY_HARD_SET))
 
 
 @formula
@@ -79,14 +73,14 @@ def decide_worlds(
 
     Args:
         handed: Actions, shape (W, N, 2), what executes is written to them; the robots to decide for as rows w N + i,
-            rising, shape (B,); room for what they are asked, see `safefilter.batch.handed.Handed`; the rules for W N
-            robots; are actions float32?
+            rising, shape (B,); room for what they are asked, see `safefilter.batch.handed.Handed`, and for whether all
+            is right in a world, shape (W,); the rules for W N robots; are actions float32?
         kept: `WorldArrays`.
-        results: Written to; faults are `REFUSED` where nothing is decided.
+        results: Written to; not in worlds where something is wrong.
         first_world: The first one.
         last_world: One past the last one.
     """
-    action, index, asked, rules, is_single = handed
+    action, index, asked, is_right, rules, is_single = handed
     worlds: WorldArrays = kept.record
     settings, out = settings_of(rules), outcome_of(results)
     num_worlds, num_robots = worlds.radius.shape
@@ -118,10 +112,8 @@ def decide_worlds(
     k = np.searchsorted(index, first_world * num_robots)
     for w in range(first_world, last_world):
         first, last = w * num_robots, (w + 1) * num_robots
-        if k == len(index) or index[k] >= last:
-            continue
         write_state(scene.state, worlds, worlds.velocity, w)
-        is_fit = can_decide(
+        is_right[w] = can_decide(
             scene.state[first:last],
             scene.heading[first:last],
             scene.cooperative[first:last],
@@ -129,7 +121,7 @@ def decide_worlds(
             settings,
             worlds.reach,
         )
-        if is_fit:
+        if is_right[w]:
             write_numbers(number, worlds.present, w)
             scene.neighbour_start[first] = 0
             list_pairs(
@@ -142,11 +134,10 @@ def decide_worlds(
                 scene.neighbours,
             )
         while k < len(index) and index[k] < last:
-            i = index[k]
-            local = i - first
-            if not (is_fit and scene.cooperative[i]):
-                out.fault[k] = REFUSED
-            else:
+            i, local = index[k], index[k] - first
+            if not scene.cooperative[i]:
+                is_right[w] = False
+            if is_right[w]:
                 x, y = action[w, local, 0], action[w, local, 1]
                 if settings.drive.is_used:
                     ask_command(asked, k, x, y, scene.heading[i], settings.drive.dt)
@@ -168,7 +159,7 @@ def decide_at_once(
     """Decide for robots of many worlds without a scene; None where that cannot be.
 
     Worlds may be too large: neighbours of theirs are found by a grid of the whole scene. Or something is wrong in one,
-    which a `Scene` will say.
+    decided in or not, and a `Scene` will say what.
 
     Args:
         worlds: The robots.
@@ -186,9 +177,7 @@ def decide_at_once(
     asked = np.empty((len(index), TURN_RATE + 1 if is_driven else PLANE))
     results = empty_results(len(index), PLANE)
     executed = np.array(action, dtype=np.float64, order="C")
-    handed = executed, index, asked, rules, action.dtype == np.float32
+    is_right = np.zeros(worlds.shape[0], dtype=np.bool_)
+    handed = executed, index, asked, is_right, rules, action.dtype == np.float32
     over_worlds(decide_worlds, *worlds.shape, handed, worlds.kept.handle, results)
-    # As bytes: searching an array takes 4 us.
-    if not _REFUSALS.isdisjoint(results["fault"].tobytes()):
-        return None
-    return executed, asked, results
+    return (executed, asked, results) if all_true(is_right) else None

@@ -9,6 +9,7 @@ Letters: B decisions, N robots, S sides, d dimensions. m/s.
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +21,6 @@ from safefilter.errors import OutOfRange, ShapeError
 from safefilter.jit import formula
 from safefilter.kinematics.drive import NO_DRIVE, Drive
 from safefilter.kinematics.inscribed_polyhedron import NUM_TRIANGLES, inscribed_polyhedron
-from safefilter.scene import Scene
 from safefilter.scene_arrays import PLANE, SPACE
 
 # A speed of exactly v_max may come as a float32 a little above it: this much is let through, and everyone's reach in
@@ -54,6 +54,14 @@ def add_polygon_rows(
         rows.label[1, count] = k
         count += 1
     return count
+
+
+class Counted(Protocol):
+    """A `Scene`, or `Worlds`."""
+
+    @property
+    def num_robots(self) -> int:
+        """Number of all robots."""
 
 
 class Holonomic:
@@ -131,8 +139,8 @@ class Holonomic:
         """Largest speed of any robot, in m/s."""
         return float(self._v_max.max())
 
-    def v_max(self, scene: Scene) -> FloatArray:
-        """Largest speed of each robot of a scene, shape (N,), in m/s.
+    def v_max(self, scene: Counted) -> FloatArray:
+        """Largest speed of each robot of a scene, or of worlds, shape (N,), in m/s.
 
         Raises:
             ShapeError: If ``v_max`` was given for another number of robots.
@@ -145,7 +153,7 @@ class Holonomic:
             )
         return self._v_max.copy()
 
-    def speed_limit(self, scene: Scene) -> FloatArray:
+    def speed_limit(self, scene: Counted) -> FloatArray:
         """Bound on each robot's executed speed, shape (N,), in m/s: ``v_max`` and the rounding let through."""
         return self.v_max(scene) * (1.0 + SPEED_SLACK)
 

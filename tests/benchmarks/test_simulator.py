@@ -1,14 +1,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.simulator import (
-    NEAREST_FAR_WALL,
-    Case,
-    Pairs,
-    WithFarWalls,
-    drive,
-    make_filter,
-)
+from benchmarks.simulated_scenarios import NEAREST_FAR_WALL, Pairs, WithFarWalls
+from benchmarks.simulator import Case, drive, make_filter
 from envs import Circle, Crossroad
 
 
@@ -44,8 +38,10 @@ def test_worlds_that_are_over_start_anew() -> None:
     assert (navigation.world.step_count < 100).all()
 
 
-def test_far_walls_are_beyond_every_sensor_and_change_nothing() -> None:
-    runs = [Case(WithFarWalls(number), 2).started() for number in (0, 300)]
+@pytest.mark.parametrize("is_listed_around", [True, False])
+def test_far_walls_are_beyond_every_sensor_and_change_nothing(*, is_listed_around: bool) -> None:
+    far = WithFarWalls(300, is_listed_around=is_listed_around)
+    runs = [Case(scenario, 2).started() for scenario in (WithFarWalls(0), far)]
     for navigation in runs:
         drive(navigation, make_filter(), 30)
     bare, among = (navigation.world for navigation in runs)

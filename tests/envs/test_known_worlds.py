@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,6 +15,7 @@ from envs import Circle, Crossroad, Fleet, Navigation, Rules, Town
 from envs.known_worlds import KnownWorlds
 from envs.scenarios import load_scenario
 from envs.sensing import Sensing
+from safefilter.errors import OutOfRange, ShapeError
 from safefilter.worlds import Worlds
 
 DT = 0.2
@@ -83,6 +87,77 @@ def test_other_walls_are_known_at_once() -> None:
         np.testing.assert_array_equal(decision.action, expected.action)
         np.testing.assert_array_equal(decision.active, expected.active)
         navigation.reset(number, worlds=np.arange(3) == number % 3)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda it: pickle.loads(pickle.dumps(it))])
+def test_a_copy_decides_by_its_own_state(copied: Callable[[Navigation], Navigation]) -> None:
+    safety = make_filter()
+    original = make(Circle(6))
+    original.decide(safety, wishes(original, 0))  # so that there is something kept
+    navigation = copied(original)
+    for number in range(60):
+        actions = np.full((3, 6, 2), (0.22, 0.0))
+        executed, decision = navigation.decide(safety, actions)
+        world = navigation.world
+        scene = sf.Scene.from_world(
+            world.position.reshape(-1, 2),
+            world.velocity.reshape(-1, 2),
+            world.radius.ravel(),
+            heading=world.heading.ravel(),
+            world=np.repeat(np.arange(3), 6),
+        )
+        expected = safety.decide(scene, actions.reshape(-1, 2))
+        np.testing.assert_array_equal(decision.action, expected.action)
+        np.testing.assert_array_equal(navigation.scenes().position, scene.position)
+        assert not navigation.step(executed).hit_robot.any(), number
+    assert (original.world.velocity == 0.0).all()
+
+
+WAYS = {
+    "map": ({}, False),
+    "shared": ({}, True),
+    "lidar": ({"rules": Rules(dt=DT, num_beams=60)}, False),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(
+    ("actions", "chosen", "message"),
+    [
+        (np.zeros((8, 2)), None, "action"),
+        (np.zeros((3, 2, 8)), None, "action"),
+        ([[0.1, 0.0]], None, "action"),
+        (np.zeros((3, 8, 2)), np.ones(8, dtype=bool), "chosen"),
+        (np.zeros((3, 8, 2)), np.ones((1, 8), dtype=bool), "chosen"),
+        (np.zeros((3, 8, 2)), np.ones((3, 8)), "chosen"),
+    ],
+)
+def test_malformed_wishes_and_choices_are_refused_whoever_decides(
+    way: str, actions: Any, chosen: Any, message: str
+) -> None:
+    settings, is_shared = WAYS[way]
+    navigation = make(Crossroad(is_walled=True), **settings)
+    with pytest.raises(ShapeError, match=message):
+        navigation.decide(make_filter(is_shared=is_shared), actions, chosen)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_one_robots_nonsense_stops_nobody_else(way: str) -> None:
+    settings, is_shared = WAYS[way]
+    navigation = make(Crossroad(is_walled=True), **settings)
+    actions = np.full((3, 8, 2), 0.1)
+    actions[1, 2, 0] = np.nan
+    executed, decision = navigation.decide(make_filter(is_shared=is_shared), actions)
+    assert np.isfinite(executed).all()
+    assert decision.certified.all()
+    assert np.flatnonzero(decision.fault).tolist() == [10]
+    assert decision.fault[10] == sf.Fault.ACTION_NOT_FINITE
+
+
+@pytest.mark.parametrize("number", [-1, 3, 99])
+def test_there_is_no_such_world(number: int) -> None:
+    with pytest.raises(OutOfRange, match="world: expected 0 to 2"):
+        make(Crossroad()).scene(number)
 
 
 def test_what_is_kept_is_made_anew_when_walls_change() -> None:

@@ -39,9 +39,11 @@ def test_only_who_has_a_body_and_neither_arrived_nor_collided_nor_is_a_person(
         (np.ones((2, 8, 2)), np.float64),
         (np.ones((2, 8, 2), dtype=np.float32), np.float32),
         (np.ones((2, 8, 2), dtype=np.int64), np.float64),
+        (np.ones((2, 8, 2), dtype=np.float16), np.float64),
+        (np.ones((2, 8, 2), dtype=">f8"), np.float64),
         (np.ones((2, 2, 8)).swapaxes(1, 2), np.float64),
     ],
-    ids=["double", "single", "integers", "transposed"],
+    ids=["double", "single", "integers", "half", "big-endian", "transposed"],
 )
 def test_what_is_wanted_is_told_of_robots_under_way(
     actions: npt.NDArray[Any], dtype: type[np.floating]

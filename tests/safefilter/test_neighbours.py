@@ -12,10 +12,12 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from safefilter.arrays import FloatArray, IntArray
+from safefilter.errors import OutOfRange
 from safefilter.neighbours import (
     ALL_PAIRS_LIMIT,
     CELL_MARGIN,
     MAX_CELL,
+    UNLIMITED_LIMIT,
     blocks_of,
     bucket,
     cell_along,
@@ -216,3 +218,16 @@ def test_nobody_makes_no_block() -> None:
 def test_the_longest_list_is_found(sizes: list[int]) -> None:
     start = np.cumsum([0, *sizes])
     assert longest_list(start) == max(sizes, default=0)
+
+
+def test_a_large_world_needs_a_reach() -> None:
+    position, number = np.zeros((UNLIMITED_LIMIT + 1, 2)), np.zeros(UNLIMITED_LIMIT + 1, np.int64)
+    with pytest.raises(OutOfRange, match=r"reach: 5001 robots of one world .* give a reach, in m"):
+        find_neighbours(position, number, math.inf)
+
+
+def test_many_small_worlds_need_none() -> None:
+    number = np.repeat(np.arange(3000), 3)
+    start, neighbours = find_neighbours(np.zeros((9000, 2)), number, math.inf)
+    assert (np.diff(start) == 2).all()
+    assert (number[neighbours] == np.repeat(number, 2)).all()

@@ -22,7 +22,6 @@ from safefilter.errors import (
     NotCooperative,
     NotFinite,
     OutOfRange,
-    ShapeError,
 )
 from safefilter.neighbours import ALL_PAIRS_LIMIT
 from safefilter.outlines import OwnWalls
@@ -34,21 +33,35 @@ COLUMNS = (
     "action", "wanted", "velocity", "case", "certified", "optimal", "capped", "correction", "violation",
     "active", "multipliers", "proof", "proof_multipliers", "fault", "index",
 )  # fmt: skip
+ORCA, SEPARATION, WALLS = sf.PriorityORCA(2.0), sf.Separation(DT), sf.StaticObstacles(1.0)
 DRIVE = sf.DifferentialDrive(0.2, 2.5, DT, tracking_error=0.05)
+UNCERTAIN = sf.Separation(
+    DT,
+    passive_speed=0.3,
+    uncertainty=sf.Uncertainty(position_error=0.01, velocity_error=0.1, observation_delay=0.05),
+)
 FILTERS: dict[str, sf.SafetyFilter] = {
-    "holonomic": sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(DT)], sf.Holonomic(0.2)),
-    "drive": sf.SafetyFilter(
-        [sf.PriorityORCA(2.0), sf.Separation(DT), sf.StaticObstacles(1.0)], DRIVE, right_bias=0.1
+    "holonomic": sf.SafetyFilter([ORCA, SEPARATION], sf.Holonomic(0.2)),
+    "drive": sf.SafetyFilter([ORCA, SEPARATION, WALLS], DRIVE, right_bias=0.1),
+    "polygon": sf.SafetyFilter(
+        [ORCA, SEPARATION, WALLS],
+        sf.DifferentialDrive(0.2, 2.5, DT, tracking_error=0.05, mapping="polygon"),
     ),
     "uncertain": sf.SafetyFilter(
-        [
-            sf.PriorityORCA(2.0, leg="norm", max_neighbours=2),
-            sf.Separation(DT, passive_speed=0.3, uncertainty=sf.Uncertainty(position_error=0.01)),
-        ],
-        DRIVE,
+        [sf.PriorityORCA(2.0, leg="norm", max_neighbours=2), UNCERTAIN], DRIVE
     ),
     "soft only": sf.SafetyFilter([sf.PriorityORCA(2.0, v_opt="own")], sf.Holonomic(0.2)),
 }
+
+
+def each_its_own(kind: str, seed: int, num_robots: int) -> sf.SafetyFilter:
+    """One of the filters, for robots each with its own greatest speed."""
+    v_max = np.random.default_rng(seed).uniform(0.05, 0.4, num_robots)
+    separation = UNCERTAIN if kind == "uncertain" else SEPARATION
+    if kind in {"holonomic", "soft only"}:
+        return sf.SafetyFilter([ORCA, separation], sf.Holonomic(v_max))
+    drive = sf.DifferentialDrive(v_max, 2.5, DT, tracking_error=0.05)
+    return sf.SafetyFilter([ORCA, separation, WALLS], drive)
 
 
 def make(
@@ -103,7 +116,7 @@ def assert_same(one: sf.Decision, other: sf.Decision) -> None:
 
 @contextmanager
 def without_scenes() -> Iterator[None]:
-    """Where a scene is made, the test fails: what is decided is decided by the kernel."""
+    """Where a scene of all is made, the test fails: what is decided is decided by the kernel."""
 
     def refuse(*_: object, **__: object) -> sf.Scene:
         raise AssertionError("a scene was made")
@@ -111,12 +124,6 @@ def without_scenes() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sf.Worlds, "scene", refuse)
         yield
-
-
-def prepared(safety: sf.SafetyFilter, worlds: sf.Worlds) -> None:
-    """The first decision for so many robots is made by way of a scene."""
-    cooperative = worlds.kept.record.cooperative
-    safety.decide_worlds(worlds, np.zeros((*worlds.shape, 2)), np.zeros_like(cooperative))
 
 
 @given(
@@ -127,6 +134,7 @@ def prepared(safety: sf.SafetyFilter, worlds: sf.Worlds) -> None:
     has_walls=st.booleans(),
     asks_nonsense=st.booleans(),
     is_part=st.booleans(),
+    is_each_its_own=st.booleans(),
 )
 def test_decisions_are_those_of_the_scene(
     seed: int,
@@ -136,6 +144,7 @@ def test_decisions_are_those_of_the_scene(
     has_walls: bool,
     asks_nonsense: bool,
     is_part: bool,
+    is_each_its_own: bool,
 ) -> None:
     arguments = make(seed, shape)
     if not has_walls:
@@ -146,8 +155,8 @@ def test_decisions_are_those_of_the_scene(
         action[0, 0, 1] = np.nan
     chosen = arguments["cooperative"] & (rng.random(shape) < 0.5) if is_part else None
     index = np.flatnonzero(arguments["cooperative"] if chosen is None else chosen)
-    safety, worlds, scene = FILTERS[kind], sf.Worlds(**arguments), scene_of(arguments)
-    prepared(safety, worlds)
+    worlds, scene = sf.Worlds(**arguments), scene_of(arguments)
+    safety = each_its_own(kind, seed, scene.num_robots) if is_each_its_own else FILTERS[kind]
     with without_scenes():
         executed, decision = safety.decide_worlds(worlds, action, chosen)
     assert_same(decision, safety.decide(scene, action.reshape(-1, 2)[index], index))
@@ -178,20 +187,19 @@ def test_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPatch) 
     shape = (60, 5)
     worlds, safety = sf.Worlds(**make(3, shape)), FILTERS["drive"]
     action = np.random.default_rng(3).uniform(-0.2, 0.2, (*shape, 2))
-    prepared(safety, worlds)
-    decisions = []
+    found = []
     for number in (1, 2):
         monkeypatch.setattr(numba, "get_num_threads", lambda number=number: number)
         with without_scenes():
-            decisions.append(safety.decide_worlds(worlds, action)[1])
-    assert_same(*decisions)
+            found.append(safety.decide_worlds(worlds, action))
+    assert_same(found[0][1], found[1][1])
+    np.testing.assert_array_equal(found[0][0], found[1][0])
 
 
 def test_nobody_and_one_robot_are_worlds() -> None:
     safety = FILTERS["holonomic"]
     for shape in ((0, 3), (2, 0), (1, 1), (5, 1)):
         worlds = sf.Worlds(**make(0, shape, own_walls=None))
-        prepared(safety, worlds)
         _, decision = safety.decide_worlds(worlds, np.full((*shape, 2), 0.1))
         assert decision.certified.all()
         assert len(decision) == worlds.kept.record.cooperative.sum()
@@ -231,6 +239,7 @@ def test_what_takes_more_than_the_kernel_is_decided_by_way_of_a_scene(
     safety = sf.SafetyFilter(usual, sf.Holonomic(0.2), **settings)
     action = np.random.default_rng(5).uniform(-0.2, 0.2, (*shape, 2))
     worlds = sf.Worlds(**arguments)
+    assert safety.reads_wanted == bool(constraints)
     for _ in range(2):
         executed, decision = safety.decide_worlds(worlds, action)
         index = decision.index
@@ -239,12 +248,11 @@ def test_what_takes_more_than_the_kernel_is_decided_by_way_of_a_scene(
         np.testing.assert_array_equal(executed.reshape(-1, 2)[index], expected.action)
         others = ~arguments["cooperative"]
         np.testing.assert_array_equal(executed[others], action[others])
-    assert safety.is_compiled == (not constraints and not settings)
 
 
 def test_velocities_that_are_shared_are_asked_for() -> None:
     safety = sf.SafetyFilter([sf.PriorityORCA(2.0, v_opt="shared")], sf.Holonomic(0.2))
-    assert not safety.is_compiled
+    assert safety.reads_wanted
     for _ in range(2):
         with pytest.raises(InvalidInput, match="wanted velocities of all robots"):
             safety.decide_worlds(sf.Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
@@ -270,7 +278,6 @@ def test_numbers_that_are_no_use_are_named(
         FILTERS["drive"],
         np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)),
     )
-    prepared(safety, worlds)
     kept = arguments[field].copy()
     arguments[field][1, 1] = value
     with pytest.raises(error, match=message):
@@ -279,17 +286,54 @@ def test_numbers_that_are_no_use_are_named(
     assert safety.decide_worlds(worlds, action)[1].certified.all()
 
 
-def test_robots_must_see_as_far_as_hard_rows_need() -> None:
-    worlds, safety = sf.Worlds(**make(reach=0.1)), FILTERS["drive"]
-    prepared(safety, sf.Worlds(**make()))
-    with pytest.raises(OutOfRange, match="hard rows need every neighbour within"):
-        safety.decide_worlds(worlds, np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
+@pytest.mark.parametrize("is_used", [False, True])
+@pytest.mark.parametrize("value", [np.nan, 1e200])
+def test_what_is_wrong_in_a_world_that_is_not_decided_in_is_told_all_the_same(
+    is_used: bool, value: float
+) -> None:
+    arguments, safety = make(own_walls=None), each_its_own("holonomic", 0, NUM_WORLDS * NUM_ROBOTS)
+    worlds, action = sf.Worlds(**arguments), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2))
+    if is_used:
+        safety.decide_worlds(worlds, action)
+    arguments["velocity"][2, 0] = value
+    chosen = arguments["cooperative"] & (np.arange(NUM_WORLDS) == 0)[:, np.newaxis]
+    with pytest.raises((NotFinite, OutOfRange), match="velocity of row 8"):
+        safety.decide_worlds(worlds, action, chosen)
+
+
+@given(
+    seed=st.integers(0, 2**32),
+    kind=st.sampled_from(("holonomic", "uncertain")),
+    reach=st.floats(0.2, 1.0),
+)
+def test_robots_must_see_as_far_as_hard_rows_of_their_world_need(
+    seed: int, kind: str, reach: float
+) -> None:
+    arguments, rng = make(seed, reach=reach, own_walls=None), np.random.default_rng(seed)
+    arguments["velocity"] *= rng.uniform(0.0, 8.0, (NUM_WORLDS, 1, 1))
+    safety, action = FILTERS[kind], rng.uniform(-0.2, 0.2, (NUM_WORLDS, NUM_ROBOTS, 2))
+    alone, is_short = [], False
+    for w in range(NUM_WORLDS):
+        own = {
+            name: value[w : w + 1] if isinstance(value, np.ndarray) else value
+            for name, value in arguments.items()
+        }
+        try:
+            alone.append(safety.decide(scene_of(own), action[w][own["cooperative"][0]]).action)
+        except OutOfRange:
+            is_short = True
+    worlds = sf.Worlds(**arguments)
+    if is_short:
+        with pytest.raises(OutOfRange, match="hard rows need every neighbour within"):
+            safety.decide_worlds(worlds, action)
+    else:
+        _, decision = safety.decide_worlds(worlds, action)
+        np.testing.assert_array_equal(decision.action, np.concatenate(alone))
 
 
 def test_robots_that_do_not_cooperate_are_not_decided_for() -> None:
     arguments = make()
     worlds, safety = sf.Worlds(**arguments), FILTERS["drive"]
-    prepared(safety, worlds)
     with pytest.raises(NotCooperative, match="cooperative=False"):
         safety.decide_worlds(
             worlds, np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)), ~arguments["cooperative"]
@@ -298,7 +342,6 @@ def test_robots_that_do_not_cooperate_are_not_decided_for() -> None:
 
 def test_commands_need_headings() -> None:
     worlds, safety = sf.Worlds(**make(heading=None)), FILTERS["drive"]
-    prepared(safety, sf.Worlds(**make()))
     with pytest.raises(InvalidInput, match="needs headings"):
         safety.decide_worlds(worlds, np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
     _, decision = FILTERS["holonomic"].decide_worlds(worlds, np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
@@ -310,7 +353,7 @@ def test_commands_need_headings() -> None:
 )
 def test_filters_of_other_actions_are_refused(kinematics: Any) -> None:
     safety = sf.SafetyFilter([], kinematics)
-    assert not safety.is_compiled
+    assert not safety.reads_wanted
     with pytest.raises(InvalidInput, match=r"Box|dimension"):
         safety.decide_worlds(sf.Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
 
@@ -322,67 +365,12 @@ def test_contradictions_of_the_users_rows_are_told() -> None:
         safety.decide_worlds(sf.Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)))
 
 
-@pytest.mark.parametrize(
-    ("field", "value", "message"),
-    [
-        ("position", [[[0.0, 0.0]]], "position: expected an array"),
-        ("position", np.zeros((3, 4)), "position: expected an array"),
-        ("position", np.zeros((3, 4, 3)), "position: expected an array"),
-        ("position", np.zeros((3, 4, 2), dtype=np.float32), "position: .* float64"),
-        ("velocity", np.zeros((3, 4, 3)), r"velocity: .* \(3, 4, 2\)"),
-        ("velocity", np.zeros((2, 3, 4)).T[..., :2], "velocity"),
-        ("velocity", np.zeros((3, 4, 4))[..., ::2], "velocity: .* not C-contiguous"),
-        ("radius", 0.1, "radius: .* got float"),
-        ("priority", np.ones((4, 3)), "priority"),
-        ("cooperative", np.ones((3, 4)), "cooperative: .* bool"),
-        ("present", np.ones((3, 4), dtype=int), "present: .* bool"),
-        ("heading", np.ones(12), "heading"),
-        ("own_walls", OwnWalls.none(3), "ranges of 3 robots"),
-    ],
-)
-def test_arrays_of_another_kind_are_refused(field: str, value: object, message: str) -> None:
-    with pytest.raises(ShapeError, match=message):
-        sf.Worlds(**{**make(), field: value})
-
-
-@pytest.mark.parametrize("reach", [0.0, -1.0, np.nan])
-def test_a_reach_is_above_zero(reach: float) -> None:
-    with pytest.raises(OutOfRange, match="reach"):
-        sf.Worlds(**make(reach=reach))
-
-
-def test_walls_are_own_walls() -> None:
-    with pytest.raises(InvalidInput, match="own_walls"):
-        sf.Worlds(**make(own_walls=np.zeros((1, 2, 2))))
-
-
-@pytest.mark.parametrize(
-    ("action", "message"),
-    [
-        (np.zeros((NUM_WORLDS * NUM_ROBOTS, 2)), r"\(3, 4, 2\)"),
-        (np.zeros((NUM_WORLDS, NUM_ROBOTS, 2), dtype=bool), "got bool"),
-        ("left", "action"),
-    ],
-)
-def test_actions_are_of_all_robots(action: Any, message: str) -> None:
-    with pytest.raises(ShapeError, match=message):
-        FILTERS["drive"].decide_worlds(sf.Worlds(**make()), action)
-
-
-@pytest.mark.parametrize("chosen", [[True], np.ones((NUM_WORLDS, NUM_ROBOTS)), np.ones(12, bool)])
-def test_robots_are_chosen_by_flags(chosen: Any) -> None:
-    with pytest.raises(ShapeError, match="chosen: expected an array of bools"):
-        FILTERS["drive"].decide_worlds(
-            sf.Worlds(**make()), np.zeros((NUM_WORLDS, NUM_ROBOTS, 2)), chosen
-        )
-
-
-def test_worlds_are_worlds() -> None:
-    with pytest.raises(InvalidInput, match="worlds: expected Worlds, got Scene"):
-        FILTERS["drive"].decide_worlds(scene_of(make()), np.zeros((3, 4, 2)))  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("wanted", [np.zeros((3, 4)), np.zeros((3, 4, 2), dtype=np.float32)])
-def test_wanted_velocities_are_of_all_robots(wanted: Any) -> None:
-    with pytest.raises(ShapeError, match="wanted"):
-        sf.Worlds(**make()).scene(wanted=wanted)
+def test_many_worlds_without_a_reach_are_searched_each_for_itself() -> None:
+    shape = (5000, 4)
+    worlds = sf.Worlds(**make(0, shape, reach=np.inf, own_walls=None))
+    scene = worlds.scene()
+    # All pairs of all worlds would take 3 GB.
+    assert len(scene.neighbours) <= 5000 * 12
+    first, decision = FILTERS["holonomic"].decide_worlds(worlds, np.zeros((*shape, 2)))
+    assert first.shape == (*shape, 2)
+    assert decision.certified.all()
