@@ -88,7 +88,9 @@ class Worlds:
         reach: float = math.inf,
         own_walls: OwnWalls | None = None,
     ) -> None:
-        """Share arrays; their numbers are checked at each decision. Those that cannot be written to are compiled for anew.
+        """Share arrays; their numbers are checked at each decision.
+
+        Those that cannot be written to may be handed too, and are compiled for once more.
 
         Args:
             position: Centres, shape (W, N, 2), float64, in m.
