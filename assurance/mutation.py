@@ -42,7 +42,10 @@ TARGETS: dict[str, tuple[str, ...]] = {
         "test_separation", "test_budgets", "test_separation_reach", "test_separation_rows", "test_margins",
         "test_uncertain_loop",
     ),
-    "constraints/walls": ("test_walls", "test_static_obstacles", "test_margins", "test_outlines"),
+    "constraints/walls": (
+        "test_walls", "test_wall_boxes", "test_static_obstacles", "test_margins", "test_outlines",
+    ),
+    "wall_boxes": ("test_wall_boxes", "test_walls"),
     "programs/convex_program": ("test_convex_program",),
     "programs/least_violation": ("test_least_violation",),
     "programs/nearest_velocity": ("test_nearest_velocity",),
