@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import safefilter as sf
 from safefilter import wall_boxes
+from safefilter.arrays import frozen
 from safefilter.constraints.walls import to_closest_point
 from safefilter.outlines import OwnWalls
 from safefilter.wall_boxes import FEW_WALLS, NO_BOXES, RUN, beyond, boxes_for, is_box_far, is_far
@@ -79,6 +80,16 @@ def test_whoever_passes_a_box_over_would_leave_out_each_wall_in_it(
                 assert is_far(*closest, reach + margin)
 
 
+def test_the_margin_of_a_wall_reaches_out_of_its_box() -> None:
+    # 0.8 m away, with a margin of 0.2 m of their own; rows reach 0.3 m/s for 2 s, and a radius of 0.1 m.
+    walls = np.tile([0.8, 0.0, 0.8, 0.0, 0.2], (MANY, 1))
+    own = OwnWalls(frozen(walls), frozen(np.array([[0, MANY]])), MANY)
+    scene = sf.Scene.from_world([[0.0, 0.0]], [[0.0, 0.0]], 0.1, own_walls=own)
+    safety = sf.SafetyFilter([sf.StaticObstacles(2.0)], sf.Holonomic(0.3))
+    rows = safety.half_spaces(scene, np.zeros((1, 2)))
+    assert (rows.labels[0, rows.present[0], 0] == 1).sum() == MANY
+
+
 @given(
     seed=st.integers(0, 2**32),
     num_shared=st.integers(0, 40),
@@ -101,7 +112,10 @@ def test_boxes_change_no_decision(seed: int, num_shared: int, num_own: int, scal
             velocity,
             0.1,
             walls=scale * shared[:, :4].reshape(-1, 2, 2),
-            own_walls=OwnWalls.of(scale * own[:, :4].reshape(-1, 2, 2), ranges),
+            # With margins, as walls from scans have them.
+            own_walls=OwnWalls(
+                frozen(scale * own), frozen(ranges), int(np.ptp(ranges, axis=1).max())
+            ),
         )
 
     with pytest.MonkeyPatch.context() as patch:
