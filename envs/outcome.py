@@ -11,9 +11,6 @@ import numpy as np
 
 from safefilter.arrays import BoolArray, FloatArray, IntArray
 
-# Made once: numpy looks longer at a type than it takes to make an array of it.
-FLAG, NUMBER = np.dtype(np.bool_), np.dtype(np.int64)
-
 
 class Outcome(NamedTuple):
     """What one step did: in four blocks, because every array handed to a kernel costs, and by name.
@@ -36,9 +33,9 @@ class Outcome(NamedTuple):
         """Room for an outcome; nothing is written yet."""
         return cls(
             np.empty((4, num_worlds, num_robots)),
-            np.empty((6, num_worlds, num_robots), dtype=FLAG),
-            np.empty((2, num_worlds), dtype=FLAG),
-            np.empty(num_worlds, dtype=NUMBER),
+            np.empty((6, num_worlds, num_robots), dtype=np.bool_),
+            np.empty((2, num_worlds), dtype=np.bool_),
+            np.empty(num_worlds, dtype=np.int64),
         )
 
     @property

@@ -41,16 +41,12 @@ class RobotGrid(NamedTuple):
 @array_formula
 def empty_robot_grid(num_robots: int) -> RobotGrid:
     """Room for the robots of one world."""
-    # Cut from one array: to make five takes as long as to move a robot.
-    room = np.zeros((CELLS_PER_ROBOT + 2) * num_robots + 4, dtype=np.int64)
-    cells_along = room[:2]
-    cells_along[:] = 1
     return RobotGrid(
-        room[2 : 2 + num_robots],
-        room[2 + num_robots : 2 + 2 * num_robots],
-        room[2 + 2 * num_robots :],
+        np.zeros(num_robots, dtype=np.int64),
+        np.zeros(num_robots, dtype=np.int64),
+        np.zeros(CELLS_PER_ROBOT * num_robots + 2, dtype=np.int64),
         np.zeros(3),
-        cells_along,
+        np.ones(2, dtype=np.int64),
     )
 
 

@@ -39,7 +39,7 @@ def require_usable(state: FloatArray, heading: FloatArray) -> None:
 
 @kernel
 def _is_usable(state: FloatArray, heading: FloatArray) -> bool:
-    """A kernel: numpy takes 5 us for a few robots."""
+    """The same for Python: numpy takes 5 us for a few robots."""
     return is_usable(state, heading)
 
 

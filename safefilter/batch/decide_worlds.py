@@ -89,16 +89,14 @@ def decide_worlds(
     capacity = capacity_for(limits, settings, others + worlds.most_walls)
     buffers, scratch = row_buffers(1, capacity), make_scratch(others)
     rows = RowLabels(buffers.array[0], buffers.label[0])
-    # Cut from one array, which takes less time than to make three.
-    room = np.empty(2 * in_all + 1 + num_robots * others, dtype=np.int64)
-    number = room[in_all + 1 : 2 * in_all + 1]
+    number = np.empty(in_all, dtype=np.int64)
     # Rows are those of the scene of all, as labels name them, but only those of one world at a time are looked at.
     scene = SceneArrays(
         np.empty((in_all, PLANE_COLUMNS)),
         worlds.cooperative.reshape(in_all),
         worlds.heading.reshape(in_all),
-        room[: in_all + 1],
-        room[2 * in_all + 1 :],
+        np.empty(in_all + 1, dtype=np.int64),
+        np.empty(num_robots * others, dtype=np.int64),
         others,
         worlds.walls,
         worlds.wall_boxes,
