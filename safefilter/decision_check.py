@@ -22,9 +22,10 @@ from safefilter.half_spaces import HalfSpaces
 from safefilter.programs.least_violation import least_violation
 from safefilter.programs.nearest_velocity import nearest_velocity
 
-MOST_ALIKE, MOST_TRIED = 64, 4
-"""Rows of one label that are looked at, those nearest to holding the point, and ways to spread weights that are tried,
-those nearest to adding up."""
+MOST_WAYS, MOST_TRIED = 2**16, 4
+"""Ways to spread weights over rows: so many are looked at, over the rows nearest to holding the point, and so many are
+tried, those nearest to adding up. Where too many rows share a label a right decision may be refused; it never takes
+long."""
 
 
 def check_decision(
@@ -184,11 +185,13 @@ def _on_rows(rows: HalfSpaces, k: int, claim: _Claim, pull: FloatArray) -> Itera
     nearest = np.argsort(np.abs(slack), kind="stable")
     is_named = claim.named[:, 0] >= 0
     named, weights = claim.named[is_named], claim.weights[is_named]
-    places = [nearest[(labels[nearest] == label).all(axis=1)][:MOST_ALIKE] for label in named]
+    places = [nearest[(labels[nearest] == label).all(axis=1)] for label in named]
     if any(len(place) == 0 for place in places):
         yield np.full(len(labels), math.nan)
         return
-    ways = np.array(list(product(*places)), dtype=np.int64)
+    num_shared = sum(len(place) > 1 for place in places)
+    most = int(MOST_WAYS ** (1.0 / max(1, num_shared)))
+    ways = np.array(list(product(*(place[:most] for place in places))), dtype=np.int64)
     off = np.abs(np.einsum("wnd,n->wd", normals[ways], weights) - pull).sum(axis=1)
     for chosen in ways[np.argsort(off, kind="stable")[:MOST_TRIED]]:
         spread = np.zeros(len(labels))

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import safefilter as sf
-from safefilter.decision_check import check_decision, refused
+from safefilter.decision_check import MOST_TRIED, _Claim, _on_rows, check_decision, refused
 from safefilter.testing.strategies import crowded, scenes
 
 SAFETY = sf.SafetyFilter([sf.PriorityORCA(2.0), sf.Separation(0.2)], sf.Holonomic(0.2))
@@ -124,3 +124,21 @@ def test_weights_that_hold_nothing_are_refused_whoever_has_them(
 ) -> None:
     wanted = np.array([[1.0, 2.0]])
     assert not check_decision(alike(num_others), wanted, corner(weights), 0, 3.0, exact=False)
+
+
+@pytest.mark.parametrize("size", [3, 8, 30])
+def test_rows_of_one_label_in_many_dimensions_are_looked_at_in_no_time(size: int) -> None:
+    # Every row touches the corner, and each is named: all ways to tell who is who would be (2 n)^n.
+    normals = np.concatenate([np.eye(size), -np.eye(size)])[np.newaxis]
+    rows = sf.HalfSpaces(
+        normals=normals,
+        offsets=np.zeros((1, 2 * size)),
+        hard=np.ones((1, 2 * size), dtype=np.bool_),
+        present=np.ones((1, 2 * size), dtype=np.bool_),
+        labels=np.zeros((1, 2 * size, 2), dtype=np.int64),
+        sources=("corner",),
+    )
+    claim = _Claim(np.zeros((size, 2), np.int64), np.ones(size), np.zeros(size), 0.0)
+    ways = list(_on_rows(rows, 0, claim, np.ones(size)))
+    assert 1 <= len(ways) <= MOST_TRIED
+    assert all(way.sum() == size for way in ways)
